@@ -205,6 +205,12 @@ impl Follower<'_> {
         if self.ways.has_bent_rapids { PositionKind::FastCut } else { PositionKind::Rapid }
     }
 
+    /// Tolerance of the tip while rotary axes turn anew, mm.
+    fn turn_tolerance(&self, k: usize) -> f64 {
+        let of_rapids = self.ways.in_rapids.filter(|_| self.moves[k].feed.is_none());
+        of_rapids.unwrap_or(self.ways.in_cuts).tip
+    }
+
     fn between_fault(&self, k: usize, why: &BetweenFault) -> PostFault {
         PostFault::at(self.moves[k].line, why.to_string())
     }
@@ -217,7 +223,8 @@ impl Follower<'_> {
         let from = self.at();
         let Some(feed) = self.moves[k].feed else {
             self.notes.push(PostNote::at(line, format!("RAPID in which {name}; the tip keeps to its line")));
-            let way = turned(&self.ways, [&from, to]).map_err(|why| PostFault::at(line, why))?;
+            let way =
+                turned(&self.ways, [&from, to], self.turn_tolerance(k)).map_err(|why| PostFault::at(line, why))?;
             for axes in way {
                 self.push_between(k, (axes, None), self.together());
             }
@@ -239,7 +246,8 @@ impl Follower<'_> {
             format!("the tool is lifted by {retract} mm along its axis, because {name} within the cut"),
         ));
         self.push_between(k, (up, None), self.together());
-        let way = turned(&self.ways, [&up, &up_again]).map_err(|why| PostFault::at(line, why))?;
+        let way =
+            turned(&self.ways, [&up, &up_again], self.ways.in_cuts.tip).map_err(|why| PostFault::at(line, why))?;
         for axes in way.into_iter().chain([up_again]) {
             self.push_between(k, (axes, None), self.together());
         }
@@ -269,7 +277,7 @@ impl Follower<'_> {
         let to =
             to.ok_or_else(|| PostFault::at(line, "the axes cannot hold the tip while the tool turns about itself"))?;
         let kind = self.moves[k].feed.map_or_else(|| self.together(), PositionKind::Cut);
-        let way = turned(&self.ways, [&from, &to]).map_err(|why| PostFault::at(line, why))?;
+        let way = turned(&self.ways, [&from, &to], self.turn_tolerance(k)).map_err(|why| PostFault::at(line, why))?;
         for axes in way.into_iter().chain([to]) {
             self.push_between(k, (axes, Some(self.poses[k])), kind);
         }

@@ -9,11 +9,11 @@ use crate::positions::ways::near;
 use crate::scene::MAX_BETWEEN;
 
 /// Returns the positions between two in which all rotary axes turn evenly and the tip goes straight,
-/// within the tolerance of rapids, or that of cuts if rapids have none.
+/// within `tolerance` mm.
 ///
 /// # Errors
 /// If the linear axes cannot hold the tip, an axis meets a limit, or too many positions are needed.
-pub(crate) fn turned(ways: &Ways<'_>, [from, to]: [&AxisValues; 2]) -> Result<Vec<AxisValues>, String> {
+pub(crate) fn turned(ways: &Ways<'_>, [from, to]: [&AxisValues; 2], tolerance: f64) -> Result<Vec<AxisValues>, String> {
     let tip = |q: &AxisValues| ways.machine.cl_point(q, ways.tool_length).tip;
     let (start, end) = (tip(from), tip(to));
     let at = |t: f64| {
@@ -33,7 +33,6 @@ pub(crate) fn turned(ways: &Ways<'_>, [from, to]: [&AxisValues; 2]) -> Result<Ve
         let inner: Vec<AxisValues> = (1..parts).map(|k| at(k as f64 / parts as f64)).collect::<Result<_, String>>()?;
         let all: Vec<&AxisValues> = std::iter::once(from).chain(&inner).chain([to]).collect();
         let law = if ways.has_bent_rapids { ways.cutting.into() } else { ways.rapid };
-        let tolerance = ways.in_rapids.unwrap_or(ways.in_cuts).tip;
         let holds = |pair: &[&AxisValues]| {
             deviation_bound(ways.machine, law, pair[0], pair[1], ways.tool_length).tip <= tolerance
         };

@@ -15,23 +15,23 @@ use facemill_tool_model::ToolAssembly;
 use nalgebra::{Isometry3, Point3, Unit, Vector3};
 
 /// Gauge length of tool 7, mm.
-pub const LENGTH: f64 = 150.0;
+pub(crate) const LENGTH: f64 = 150.0;
 
 /// Radius of the cutter of all tools, mm.
-pub const RADIUS: f64 = 10.0;
+pub(crate) const RADIUS: f64 = 10.0;
 
 /// Presets of three kinds: both rotary axes on the table, both on the head, one on each.
-pub const MACHINES: [&str; 3] = ["table-table-a-c", "head-head-c-a", "head-b-table-c"];
+pub(crate) const MACHINES: [&str; 3] = ["table-table-a-c", "head-head-c-a", "head-b-table-c"];
 
 /// Where programs of a test run.
-pub struct Stage {
-    pub machine: Machine,
-    pub table_from_work: Isometry3<f64>,
-    pub tools: Vec<ToolAssembly>,
-    pub post: PostSettings,
+pub(crate) struct Stage {
+    pub(crate) machine: Machine,
+    pub(crate) table_from_work: Isometry3<f64>,
+    pub(crate) tools: Vec<ToolAssembly>,
+    pub(crate) post: PostSettings,
 }
 
-pub fn tool(number: u32, gauge_length: f64) -> ToolAssembly {
+pub(crate) fn tool(number: u32, gauge_length: f64) -> ToolAssembly {
     let holder = gauge_length - 40.0;
     let text = format!(
         r#"{{"format": "facemill-tool/1", "name": "mill {number}", "number": {number}, "radius_mm": {RADIUS},
@@ -45,7 +45,7 @@ pub fn tool(number: u32, gauge_length: f64) -> ToolAssembly {
 }
 
 /// A preset with another law of motion in cuts, or its own.
-pub fn machine(name: &str, cutting: Option<&str>) -> Machine {
+pub(crate) fn machine(name: &str, cutting: Option<&str>) -> Machine {
     let text = preset(name).unwrap();
     let own = "\"cutting\": \"axes_linear\"";
     assert!(text.contains(own));
@@ -54,7 +54,7 @@ pub fn machine(name: &str, cutting: Option<&str>) -> Machine {
 }
 
 /// Point of the table about which a machine works: in the middle of its travels.
-pub fn middle(machine: &Machine) -> Point3<f64> {
+pub(crate) fn middle(machine: &Machine) -> Point3<f64> {
     let middle = AxisValues::from_fn(machine.axes().len(), |k| match machine.axes()[k].kind {
         AxisKind::Linear => 0.5 * (machine.axes()[k].min + machine.axes()[k].max),
         AxisKind::Rotary => 0.0,
@@ -64,13 +64,13 @@ pub fn middle(machine: &Machine) -> Point3<f64> {
 
 impl Stage {
     /// FANUC with so many decimals of all words.
-    pub fn fanuc(name: &str, decimals: u8) -> Self {
+    pub(crate) fn fanuc(name: &str, decimals: u8) -> Self {
         let decimals = Decimals { linear: decimals, rotary: decimals, ..Decimals::default() };
         Self::of(name, None, PostFile { decimals, ..PostFile::default() })
     }
 
     /// A dialect without RTCP, or with the machine's law under it.
-    pub fn control(name: &str, dialect: Dialect, law: Option<&str>) -> Self {
+    pub(crate) fn control(name: &str, dialect: Dialect, law: Option<&str>) -> Self {
         let feeds = dialect.file().feeds;
         let feed_mode = match law {
             Some(_) => FeedMode::Rtcp,
@@ -87,7 +87,7 @@ impl Stage {
         Self { machine, table_from_work, tools: vec![tool(7, LENGTH)], post }
     }
 
-    pub fn post_with(&self, text: &str, options: &PostOptions) -> Result<Posted, PostFault> {
+    pub(crate) fn post_with(&self, text: &str, options: &PostOptions) -> Result<Posted, PostFault> {
         let zero = AxisValues::zeros(self.machine.axes().len());
         let words = |t: &ToolAssembly| machine_words(&self.machine, &zero, WorkOffset::default(), t.gauge_length());
         let tools = self.tools.iter().map(|tool| PostTool { tool, words: words(tool).unwrap() });
@@ -101,11 +101,11 @@ impl Stage {
         post_cl(&read_apt(text).unwrap(), stamp, Path::new("test.nc"), &scene, options)
     }
 
-    pub fn post(&self, text: &str) -> Posted {
+    pub(crate) fn post(&self, text: &str) -> Posted {
         self.post_with(text, &PostOptions::new("test")).unwrap_or_else(|e| panic!("{e}"))
     }
 
-    pub fn refused(&self, text: &str) -> String {
+    pub(crate) fn refused(&self, text: &str) -> String {
         match self.post_with(text, &PostOptions::new("test")) {
             Err(fault) => fault.to_string(),
             Ok(posted) => panic!("posted: {}", posted.text),
@@ -113,7 +113,7 @@ impl Stage {
     }
 
     /// Tip and axis in the frame of the file at each motion of a text for FANUC without RTCP.
-    pub fn reached(&self, text: &str) -> Vec<Reached> {
+    pub(crate) fn reached(&self, text: &str) -> Vec<Reached> {
         motions(text)
             .iter()
             .map(|motion| {
@@ -139,23 +139,23 @@ impl Stage {
 }
 
 /// A position of a text.
-pub struct Reached {
-    pub is_rapid: bool,
-    pub feed: f64,
-    pub axes: AxisValues,
-    pub cl: ClPoint,
+pub(crate) struct Reached {
+    pub(crate) is_rapid: bool,
+    pub(crate) feed: f64,
+    pub(crate) axes: AxisValues,
+    pub(crate) cl: ClPoint,
 }
 
 /// A motion as its words say it.
-pub struct Motion {
-    pub is_rapid: bool,
-    pub feed: f64,
-    pub words: BTreeMap<String, f64>,
+pub(crate) struct Motion {
+    pub(crate) is_rapid: bool,
+    pub(crate) feed: f64,
+    pub(crate) words: BTreeMap<String, f64>,
 }
 
 /// Motions of the body of a program for FANUC, word by word: from its first block with G90 and G94
 /// or G93 to M9.
-pub fn motions(text: &str) -> Vec<Motion> {
+pub(crate) fn motions(text: &str) -> Vec<Motion> {
     let mut all = Vec::new();
     let (mut words, mut is_rapid, mut feed, mut is_body) = (BTreeMap::new(), true, 0.0, false);
     for line in text.lines().filter(|line| !line.starts_with(['(', '%', 'O', '/'])) {
@@ -191,14 +191,14 @@ pub fn motions(text: &str) -> Vec<Motion> {
 
 /// A pose of a file.
 #[derive(Clone, Copy)]
-pub struct FilePose {
-    pub cl: ClPoint,
-    pub is_rapid: bool,
+pub(crate) struct FilePose {
+    pub(crate) cl: ClPoint,
+    pub(crate) is_rapid: bool,
 }
 
 /// Poses of a random walk about the zero of the file, within the reach of all machines here: steps
 /// of some millimetres and degrees, with rapids, some poses along z and some that repeat.
-pub fn random_walk(random: &mut Random, n: usize) -> Vec<FilePose> {
+pub(crate) fn random_walk(random: &mut Random, n: usize) -> Vec<FilePose> {
     let (mut tip, mut tilt, mut turn) = (Vector3::new(0.0, 0.0, 20.0), 0.2, 0.0);
     let mut all = Vec::new();
     for k in 0..n {
@@ -214,7 +214,7 @@ pub fn random_walk(random: &mut Random, n: usize) -> Vec<FilePose> {
 }
 
 /// A file with these poses, all digits, lengths by `unit` mm.
-pub fn file_of(poses: &[FilePose], (name, unit): (&str, f64)) -> String {
+pub(crate) fn file_of(poses: &[FilePose], (name, unit): (&str, f64)) -> String {
     let mut text = format!("PARTNO/walk\nUNITS/{name}\nMULTAX/ON\nLOADTL/7\nSPINDL/3000,RPM,CLW\nCOOLNT/ON\n");
     text += &format!("FEDRAT/{}\n", 900.0 / unit);
     for FilePose { cl, is_rapid } in poses {
@@ -225,9 +225,9 @@ pub fn file_of(poses: &[FilePose], (name, unit): (&str, f64)) -> String {
     text + "FINI\n"
 }
 
-pub fn angle(a: &Unit<Vector3<f64>>, b: &Unit<Vector3<f64>>) -> f64 {
+pub(crate) fn angle(a: &Unit<Vector3<f64>>, b: &Unit<Vector3<f64>>) -> f64 {
     a.cross(b).norm().atan2(a.dot(b))
 }
 
 /// Head of a file with tool 7 for statements of a test.
-pub const HEAD: &str = "MULTAX/ON\nLOADTL/7\nSPINDL/3000,RPM,CLW\nRAPID\nGOTO/0,0,60\nFEDRAT/600,MMPM\n";
+pub(crate) const HEAD: &str = "MULTAX/ON\nLOADTL/7\nSPINDL/3000,RPM,CLW\nRAPID\nGOTO/0,0,60\nFEDRAT/600,MMPM\n";

@@ -59,8 +59,7 @@ fn between_poses_the_control_keeps_the_tolerance() {
         let stage = Stage::fanuc(name, 5);
         let poses = random_walk(&mut Random(200 + k as u64), 250);
         for (tolerance, rapid_tolerance) in [(0.01, 0.5), (0.002, 0.05)] {
-            let options =
-                PostOptions { tolerance, rapid_tolerance: Some(rapid_tolerance), ..PostOptions::new("test") };
+            let options = PostOptions { tolerance, rapid_tolerance: Some(rapid_tolerance), ..PostOptions::new("test") };
             let posted = stage.post_with(&file_of(&poses, ("MM", 1.0)), &options).unwrap();
             let reached = stage.reached(&posted.text);
             let at = found_at(&reached, &poses, 0.001, 1e-5);
@@ -86,7 +85,8 @@ fn between_poses_the_control_keeps_the_tolerance() {
 #[test]
 fn a_rapid_without_tolerance_is_one_block() {
     let stage = Stage::fanuc("table-table-a-c", 3);
-    let text = format!("{HEAD}RAPID\nGOTO/60,0,60,0.5,0,1\nGOTO/60,0,50\nRAPID\nGOTO/60,0,60\nFINI");
+    let head = HEAD.replace("GOTO/0,0,60", "GOTO/-60,0,60,0.3,0.2,1");
+    let text = format!("{head}RAPID\nGOTO/60,0,60,-0.3,0.4,1\nGOTO/60,0,50\nRAPID\nGOTO/60,0,60\nFINI");
     let rapids = |rapid_tolerance| {
         let options = PostOptions { rapid_tolerance, ..PostOptions::new("test") };
         let posted = stage.post_with(&text, &options).unwrap();
@@ -165,8 +165,7 @@ fn moving_file_and_mounting_together_changes_nothing() {
     let poses = random_walk(&mut Random(500), 150);
     let here = motions(&stage.post(&file_of(&poses, ("MM", 1.0))).text);
     let by = Isometry3::new([12.0, -7.0, 5.0].into(), [0.02, -0.03, 0.8].into());
-    let moved: Vec<FilePose> =
-        poses.iter().map(|pose| FilePose { cl: pose.cl.transformed(&by), ..*pose }).collect();
+    let moved: Vec<FilePose> = poses.iter().map(|pose| FilePose { cl: pose.cl.transformed(&by), ..*pose }).collect();
     stage.table_from_work *= by.inverse();
     let there = motions(&stage.post(&file_of(&moved, ("MM", 1.0))).text);
     assert_eq!(here.len(), there.len());
@@ -196,7 +195,12 @@ fn the_tip_moves_at_the_feed_of_the_file_or_an_axis_at_its_limit() {
         assert!(slowest <= 1.001, "an axis at {slowest} of its speed");
         let is_at_feed = speed >= 899.0;
         at_feed += usize::from(is_at_feed);
-        assert!(is_at_feed || slowest >= 0.99 || norm < 0.05, "the tip at {speed} mm/min, axes at {slowest}");
+        let is_limited = slowest >= 0.99 || to.feed >= stage.machine.feed_range().max;
+        assert!(
+            is_at_feed || is_limited || norm < 0.05,
+            "the tip at {speed} mm/min, axes at {slowest}, F{} over {norm}",
+            to.feed
+        );
     }
     assert!(at_feed > 100, "{at_feed}");
 }
