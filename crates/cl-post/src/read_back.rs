@@ -2,10 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use facemill_cl_data::ClPoint;
+use facemill_cl_data::{ClPoint, CuttingLaw};
 use facemill_feedrate::rapid_time;
 use facemill_inverse_kinematics::motion::{Deviation, deviation_bound};
-use facemill_inverse_kinematics::{AxisValues, BlockLaw};
+use facemill_inverse_kinematics::{AxisKind, AxisValues, BlockLaw, Motion};
 use facemill_job::setup::word_map::word_frame;
 use facemill_nc_program::{ReadProgram, read_program};
 use facemill_virtual_machine::motion::axis_motion::{AxisMotion, MotionContext, MotionReader, legs};
@@ -132,6 +132,9 @@ impl Comparison {
                 self.between(part, position, line, &bound);
             }
             self.limits(scene, line, &to);
+            if found > 1 {
+                self.limits_between(scene, line, (law, tool_length), [&from, &to]);
+            }
         }
         self.times.push([time, rapid]);
         let expected = part.blocks.motions.len();
@@ -174,17 +177,35 @@ impl Comparison {
         }
     }
 
-    fn limits(&mut self, scene: &PostScene<'_>, line: u32, to: &AxisValues) {
-        let beyond = |k: usize| {
-            let axis = &scene.machine.axes()[k];
-            let (low, high) = (to[k] - axis.min, axis.max - to[k]);
-            // Words are rounded.
-            axis.in_word_unit(low.min(high)) < -WORD_ROUNDING
-        };
-        let first = (0..to.len()).find(|&k| beyond(k));
-        if let Some(k) = first.filter(|_| self.faults.len() < MOST_FAULTS) {
+    fn limits(&mut self, scene: &PostScene<'_>, line: u32, at: &AxisValues) {
+        if let Some(k) = beyond_limit(scene, at).filter(|_| self.faults.len() < MOST_FAULTS) {
             let letter = scene.machine.axes()[k].letter;
             self.faults.push(PostNote::at(line, format!("axis {letter} is beyond its limit in the written program")));
+        }
+    }
+
+    /// Looks for axes that pass a limit between two positions: under RTCP they do not go evenly.
+    fn limits_between(
+        &mut self,
+        scene: &PostScene<'_>,
+        line: u32,
+        (law, tool_length): (BlockLaw, f64),
+        [from, to]: [&AxisValues; 2],
+    ) {
+        let is_even = matches!(law, BlockLaw::Rapid(_) | BlockLaw::Cutting(CuttingLaw::AxesLinear));
+        let turns = |k: usize| scene.machine.axes()[k].kind == AxisKind::Rotary && (to[k] - from[k]).abs() > NO_BEND;
+        if is_even || !(0..to.len()).any(turns) || self.faults.len() >= MOST_FAULTS {
+            return;
+        }
+        let Ok(motion) = Motion::new(scene.machine, law, from, to, tool_length) else { return };
+        let passed = (1..SAMPLES).find_map(|k| {
+            let at = motion.at(f64::from(k) / f64::from(SAMPLES)).ok()?;
+            beyond_limit(scene, &at)
+        });
+        if let Some(k) = passed {
+            let letter = scene.machine.axes()[k].letter;
+            let text = format!("axis {letter} passes its limit on the way there, on which the control keeps the tip");
+            self.faults.push(PostNote::at(line, text));
         }
     }
 
@@ -204,6 +225,22 @@ impl Comparison {
         Compared { deviation: self.deviation, faults: self.faults, times: self.times }
     }
 }
+
+/// First axis that is beyond its limit.
+fn beyond_limit(scene: &PostScene<'_>, at: &AxisValues) -> Option<usize> {
+    (0..at.len()).find(|&k| {
+        let axis = &scene.machine.axes()[k];
+        // Words are rounded.
+        axis.in_word_unit((at[k] - axis.min).min(axis.max - at[k])) < -WORD_ROUNDING
+    })
+}
+
+/// Turn of a rotary axis within a block below which the others go evenly enough, rad: they bend by
+/// less than its square times the lever.
+const NO_BEND: f64 = 0.01;
+
+/// Parts of a block at whose ends limits are looked at.
+const SAMPLES: u32 = 16;
 
 /// Excess of a word over a limit that is rounding, mm or deg.
 const WORD_ROUNDING: f64 = 1e-3;

@@ -373,7 +373,12 @@ impl<'a> StepReader<'a> {
 
     fn end_part(&mut self) -> Result<(), PostFault> {
         self.end_cycle();
-        let part = std::mem::take(&mut self.part);
+        let mut part = std::mem::take(&mut self.part);
+        // The template ends with both off.
+        let is_off = |step: &Step| matches!(step, Step::SpindleOff | Step::Coolant(Coolant::Off));
+        while part.steps.last().is_some_and(is_off) {
+            part.steps.pop();
+        }
         let first = part.steps.iter().find_map(|s| if let Step::Move(m) = s { Some(m.line) } else { None });
         let line = first.unwrap_or(part.line);
         let spindle = part

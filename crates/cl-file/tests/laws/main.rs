@@ -206,6 +206,18 @@ fn a_feed_per_revolution_follows_the_spindle() {
     assert!(feeds.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-9), "{feeds:?}");
 }
 
+/// Creo's frames are comments over several lines.
+#[test]
+fn comments_of_creo_go_on_over_lines() {
+    let text = "$$-> CSYS / 1.0, 0.0, 0.0, 0.0, $\n            0.0, 1.0, 0.0, 0.0, $\n            0.0, 0.0, 1.0, 0.0\n\
+                $$ ends in $\nGOTO / 1.0, 2.0, $\n3.0\nFINI";
+    let file = read_apt(text).unwrap();
+    assert_eq!(file.unknown, []);
+    assert_eq!(file.statements.len(), 4);
+    assert_eq!(&*file.statements[0].text, "$$-> CSYS / 1.0, 0.0, 0.0, 0.0,0.0, 1.0, 0.0, 0.0,0.0, 0.0, 1.0, 0.0");
+    assert_eq!(file.points[0].cl.tip, Point3::new(1.0, 2.0, 3.0));
+}
+
 #[test]
 fn words_of_the_machine_are_told_apart() {
     let text = "COOLNT/ON\nCOOLNT/THRU\nCOOLNT/OFF\nSPINDL/OFF\nSPINDL/ON\nDELAY/2.5\nDELAY/3,REV\nSTOP\nOPSTOP\n\

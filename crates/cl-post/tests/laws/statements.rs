@@ -137,3 +137,42 @@ fn repeated_points_are_counted_and_left_out() {
     assert_eq!((posted.report.tools[0].points, posted.report.tools[0].repeated), (5, 2));
     assert_eq!(motions(&posted.text).len(), 3);
 }
+
+/// The same path in the forms of three systems gives the same positions.
+#[test]
+fn files_of_three_systems_are_posted_alike() {
+    let nx = "$$ UNITS\nUNITS/MM\nTOOL PATH/CONTOUR,TOOL,MILL_20\nTLDATA/MILL,20.0000,1.0000,75.0000,0.0000,0.0000\n\
+              MSYS/0.0000,0.0000,0.0000,1.0000000,0.0000000,0.0000000,0.0000000,1.0000000,0.0000000\nMULTAX/ON\n\
+              LOADTL/7\n$$ centerline data\nPAINT/PATH\nPAINT/SPEED,10\nSPINDL/RPM,3000,CLW\nRAPID\n\
+              GOTO/0.0000,0.0000,60.0000,0.0000000,0.0000000,1.0000000\nFEDRAT/MMPM,600.0000\n\
+              GOTO/10.0000,0.0000,50.0000\nCIRCLE/0.0000,0.0000,50.0000,0.0000000,0.0000000,1.0000000,10.0000,0.06,0.5,20,0\n\
+              GOTO/0.0000,10.0000,50.0000\nRAPID\nGOTO/0.0000,10.0000,60.0000\nEND-OF-PATH\nFINI\n";
+    let catia = "$$ -----\nPARTNO PART OPERATION\n$$*CATIA0\nCATPROCESS\nPPRINT OPERATION NAME : CONTOUR\n\
+                 TPRINT/T1 MILL D 20,,T1\nCUTTER/ 20.000000,  1.000000,  9.000000,  1.000000,  0.000000,$\n  0.000000, 50.000000\n\
+                 MULTAX\nLOADTL/7,1\nSPINDL/ 3000.0000,RPM,CLW\nRAPID\n\
+                 GOTO  /    0.00000,    0.00000,   60.00000, 0.000000, 0.000000, 1.000000\nFEDRAT/  600.0000,MMPM\n\
+                 GOTO  /   10.00000,    0.00000,   50.00000, 0.000000, 0.000000, 1.000000\nAUTOPS\n\
+                 INDIRV/    0.00000,    1.00000,    0.00000\n\
+                 TLON,GOFWD/ (CIRCLE/    0.00000,    0.00000,   50.00000,$\n   10.00000),ON,2,INTOF,$\n\
+                 (LINE/    0.00000,    0.00000,   50.00000,$\n      0.00000,   10.00000,   50.00000)\nRAPID\n\
+                 GOTO  /    0.00000,   10.00000,   60.00000, 0.000000, 0.000000, 1.000000\nFINI\n";
+    let creo = "$$*         Pro/CLfile\n$$-> MFGNO / MFG0001\nPARTNO / MFG0001\n$$-> FEATNO / 17\nMACHIN / UNCX01, 1\n\
+                $$-> CUTCOM_GEOMETRY_TYPE / OUTPUT_ON_CENTER\nUNITS / MM\nLOADTL / 7\n$$-> CUTTER / 20.000000\n\
+                $$-> CSYS / 1.0000000000, 0.0000000000, 0.0000000000, 0.0000000000, $\n\
+                0.0000000000, 1.0000000000, 0.0000000000, 0.0000000000\nMULTAX / ON\n\
+                SPINDL / RPM, 3000.000000,  CLW\nRAPID\nGOTO / 0.0000000000, 0.0000000000, 60.0000000000, $\n\
+                0.0000000000, 0.0000000000, 1.0000000000\nFEDRAT / 600.000000,  MMPM\n\
+                GOTO / 10.0000000000, 0.0000000000, 50.0000000000\nCIRCLE / 0.0000000000, 0.0000000000, 50.0000000000, $\n\
+                0.0000000000, 0.0000000000, 1.0000000000, 10.0000000000\nGOTO / 0.0000000000, 10.0000000000, 50.0000000000\n\
+                RAPID\nGOTO / 0.0000000000, 10.0000000000, 60.0000000000\n$$-> END /\nFINI\n";
+    let stage = Stage::fanuc("head-b-table-c", 3);
+    let all = [nx, catia, creo].map(|text| {
+        let posted = stage.post(text);
+        assert!(posted.report.is_clean(), "{:?}", posted.report.faults);
+        assert!(posted.report.notes.is_empty(), "{:?}", posted.report.notes);
+        motions(&posted.text).into_iter().map(|m| (m.is_rapid, m.words)).collect::<Vec<_>>()
+    });
+    assert!(all[0].len() > 15);
+    assert_eq!(all[0], all[1]);
+    assert_eq!(all[0], all[2]);
+}
