@@ -15,8 +15,9 @@ const INCH: f64 = 25.4;
 ///
 /// A point without an axis has the last one of a MULTAX file, or +z where none has been given or
 /// MULTAX is off. A feed per revolution is that of the spindle speed in force at each point. Points
-/// are as given, in the frame of the last CSYS before them where there is one ([`AptPoint::frame`]);
-/// other words that move the frame (TRACUT, ORIGIN, …) are among the unknown.
+/// are as given, in the frame of the last CSYS before them where there is one
+/// ([`AptPoint::frame`]); other words that move the frame (TRACUT, ORIGIN, …) are among the
+/// unknown.
 ///
 /// # Errors
 /// When a known statement has invalid values, or an axis has length zero.

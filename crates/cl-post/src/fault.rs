@@ -1,5 +1,6 @@
 //! Reasons why a CL file cannot be posted.
 
+use facemill_cl_data::Cancelled;
 use facemill_job::failure::Failure;
 use facemill_nc_program::WriteError;
 
@@ -21,6 +22,9 @@ pub enum PostFault {
     /// The dialect or its template has no words for the program.
     #[error("{0}")]
     Write(#[from] WriteError),
+    /// The monitor stopped it.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
 }
 
 impl PostFault {

@@ -5,14 +5,14 @@ mod ways;
 
 use std::collections::BTreeMap;
 
-use facemill_cl_data::{ClPoint, CuttingLaw};
+use facemill_cl_data::{ClPoint, Monitor};
 use facemill_inverse_kinematics::motion::MotionTolerance;
 use facemill_inverse_kinematics::path::{Change, PathChoice, PathError, PathSettings, SegmentKind, choose_along};
 use facemill_inverse_kinematics::{AxisValues, BlockLaw, BranchPreference, Machine};
 
 use crate::fault::PostFault;
 use crate::positions::turns::{lifted, other_solution, turned};
-use crate::positions::ways::{BetweenFault, between, held_by};
+use crate::positions::ways::{BetweenFault, MotionRules, between, held_by};
 use crate::report::PostNote;
 use crate::scene::{ARC_SHARE, MOTION_SHARE, PostOptions, PostScene};
 use crate::steps::PathMove;
@@ -24,7 +24,7 @@ pub(crate) struct Position {
     pub(crate) of: usize,
     /// Axis values.
     pub(crate) axes: AxisValues,
-    /// How it is reached.
+    /// Kind of the move to it.
     pub(crate) kind: PositionKind,
     /// Pose of the file there, table frame; `None` while rotary axes turn anew.
     pub(crate) meant: Option<ClPoint>,
@@ -32,7 +32,7 @@ pub(crate) struct Position {
     pub(crate) is_point: bool,
 }
 
-/// How a position is reached.
+/// Kind of the move to a position.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum PositionKind {
     /// At rapid rate.
@@ -43,35 +43,20 @@ pub(crate) enum PositionKind {
     Cut(f64),
 }
 
-/// Where and how moves are followed.
-pub(crate) struct Ways<'a> {
-    pub(crate) machine: &'a Machine,
-    pub(crate) tool_length: f64,
-    pub(crate) cutting: CuttingLaw,
-    pub(crate) rapid: BlockLaw,
-    /// Whether each axis goes at its own speed in rapids.
-    pub(crate) has_bent_rapids: bool,
-    pub(crate) in_cuts: MotionTolerance,
-    /// On chords of arcs.
-    pub(crate) on_chords: MotionTolerance,
-    /// `None`: a rapid is one block.
-    pub(crate) in_rapids: Option<MotionTolerance>,
-    pub(crate) retract: Option<f64>,
-}
-
 /// Returns the positions of all moves of a tool in order, with remarks.
 ///
 /// # Errors
 /// With the line: a pose that the machine does not reach, or whose way needs a retract that is not
-/// permitted.
+/// permitted. Cancellation.
 pub(crate) fn positions(
     scene: &PostScene<'_>,
     (tool_length, radius): (f64, f64),
     options: &PostOptions,
     moves: &[PathMove],
     notes: &mut Vec<PostNote>,
+    monitor: &dyn Monitor,
 ) -> Result<Vec<Position>, PostFault> {
-    let ways = Ways {
+    let ways = MotionRules {
         machine: scene.machine,
         tool_length,
         cutting: scene.cutting_law(),
@@ -86,10 +71,11 @@ pub(crate) fn positions(
     let kinds: Vec<SegmentKind> = moves.iter().skip(1).map(kind_of).collect();
     let start = start(scene.machine, poses.first(), tool_length, options.branch);
     let settings = PathSettings::new(scene.machine);
+    monitor.checkpoint()?;
     let choice = choose_along(scene.machine, &poses, &kinds, Some(&start), tool_length, &settings);
     let choice = choice.map_err(|error| path_fault(&error, moves))?;
-    let mut follower = Follower { ways, moves, poses: &poses, choice: &choice, notes, out: Vec::new() };
-    follower.follow()?;
+    let mut follower = MoveFollower { ways, moves, poses: &poses, choice: &choice, notes, out: Vec::new() };
+    follower.follow(monitor)?;
     Ok(follower.out)
 }
 
@@ -117,8 +103,8 @@ fn path_fault(error: &PathError, moves: &[PathMove]) -> PostFault {
     }
 }
 
-struct Follower<'a> {
-    ways: Ways<'a>,
+struct MoveFollower<'a> {
+    ways: MotionRules<'a>,
     moves: &'a [PathMove],
     poses: &'a [ClPoint],
     choice: &'a PathChoice,
@@ -126,14 +112,16 @@ struct Follower<'a> {
     out: Vec<Position>,
 }
 
-impl Follower<'_> {
-    fn follow(&mut self) -> Result<(), PostFault> {
+impl MoveFollower<'_> {
+    fn follow(&mut self, monitor: &dyn Monitor) -> Result<(), PostFault> {
         let in_place = |t: &&facemill_inverse_kinematics::path::FreeTurn| t.first == t.last;
         let turns: BTreeMap<usize, (usize, f64)> =
             self.choice.free_turns.iter().filter(in_place).map(|t| (t.first, (t.axis, t.to))).collect();
         let changes: BTreeMap<usize, Change> =
             self.choice.breaks.iter().chain(&self.choice.link_turns).map(|c| (c.segment, c.change)).collect();
         for k in 0..self.moves.len() {
+            monitor.checkpoint()?;
+            monitor.advance(1);
             let to = self.choice.values[k];
             match (k.checked_sub(1), k.checked_sub(1).and_then(|segment| changes.get(&segment))) {
                 // The first move is a rapid, by the template and directly.
@@ -215,8 +203,8 @@ impl Follower<'_> {
         PostFault::at(self.moves[k].line, why.to_string())
     }
 
-    /// Goes to the end of a move before which rotary axes turn anew: in a rapid on its way, in a cut
-    /// with the tool lifted.
+    /// Goes to the end of a move before which rotary axes turn anew: in a rapid on its way, in a
+    /// cut with the tool lifted.
     fn change(&mut self, k: usize, to: &AxisValues, change: Change) -> Result<(), PostFault> {
         let line = self.moves[k].line;
         let name = self.change_name(change);

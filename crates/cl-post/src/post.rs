@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use facemill_cl_data::Monitor;
 use facemill_cl_file::AptFile;
 use facemill_job::format::program_stamp::ProgramStamp;
 use facemill_job::setup::word_map::word_frame;
@@ -33,26 +34,29 @@ pub struct Posted {
 
 /// Posts a CL file, and reads the program back.
 ///
-/// `cl_file` names the file, `program` is the path of the program to be; nothing is opened.
+/// `cl_file` names the file, `program` is the path of the program to be; nothing is opened. The
+/// monitor counts the moves of the file, and those that are added.
 ///
 /// # Errors
 /// With the line: a statement that cannot be written, or a pose or motion that the machine cannot
-/// follow; without it: settings, machine or template do not go together.
+/// follow; without it: settings, machine or template do not go together, or the monitor cancels.
 pub fn post_cl(
     file: &AptFile,
     cl_file: ProgramStamp,
     program: &Path,
     scene: &PostScene<'_>,
     options: &PostOptions,
+    monitor: &dyn Monitor,
 ) -> Result<Posted, PostFault> {
     options.check()?;
     let FileSteps { name, parts, words, mut faults, mut notes } = steps(file, options)?;
     let name = name.unwrap_or_else(|| options.name.clone());
     let mut made = Vec::new();
     for part in &parts {
-        made.push(MadePart::new(scene, options, part, &name, &mut notes)?);
+        made.push(MadePart::new(scene, options, (part, &name), &mut notes, monitor)?);
     }
     let specs: Vec<&ProgramSpec> = made.iter().map(|part| &part.blocks.spec).collect();
+    monitor.checkpoint()?;
     let written = write_sections(&specs, scene.post)?;
     let of_text: Vec<WrittenPart<'_>> = made
         .iter()
@@ -111,9 +115,9 @@ impl<'a> MadePart<'a> {
     fn new(
         scene: &'a PostScene<'_>,
         options: &PostOptions,
-        part: &ToolPart,
-        name: &str,
+        (part, name): (&ToolPart, &str),
         notes: &mut Vec<PostNote>,
+        monitor: &dyn Monitor,
     ) -> Result<Self, PostFault> {
         let tool = scene.tool(part.tool, part.line)?;
         check_tool(tool, part, notes);
@@ -122,7 +126,7 @@ impl<'a> MadePart<'a> {
         let moves: Vec<PathMove> =
             part.steps.iter().filter_map(|step| if let Step::Move(m) = step { Some(*m) } else { None }).collect();
         let measures = (tool.tool.gauge_length(), tool.tool.cutter().radius());
-        let found: Vec<Position> = positions(scene, measures, options, &moves, notes)?;
+        let found: Vec<Position> = positions(scene, measures, options, &moves, notes, monitor)?;
         let mut blocks = blocks(scene, tool, &part, (&moves, &found), name)?;
         if options.law_feeds {
             lower_feeds(scene, measures.0, &mut blocks, notes)?;

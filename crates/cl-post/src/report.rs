@@ -33,14 +33,13 @@ pub struct PostReport {
     pub tools: Vec<PostedTool>,
     /// Comparison of the program, read back from its text, with the file.
     pub deviation: PostDeviation,
-    /// Major words of the file by first appearance, with what became of them.
+    /// Major words of the file by first appearance, with their treatment.
     pub words: Vec<PostedWord>,
     /// Faults: parts of the file that the program lacks, and differences between both.
     pub faults: Vec<PostNote>,
-    /// What the operator has to know.
+    /// Remarks for the operator.
     pub notes: Vec<PostNote>,
-    /// Results of the runs against the part, one for each tool.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
+    /// Results of the runs against the part, one for each tool; empty without a part.
     pub verifications: Vec<VerificationFile>,
 }
 
@@ -107,11 +106,11 @@ pub struct PostedWord {
     pub first_line: u32,
     /// Number of statements.
     pub count: usize,
-    /// What became of them.
+    /// Their treatment.
     pub treatment: Treatment,
 }
 
-/// What becomes of a statement.
+/// Treatment of a statement.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]

@@ -1,4 +1,4 @@
-//! Where a posted program runs, and how it is posted.
+//! Machine, tools and control of a posted program, and options of posting.
 
 use facemill_cl_data::{CuttingLaw, RapidLaw};
 use facemill_inverse_kinematics::{AxisValues, BlockLaw, BranchPreference, Machine};
@@ -33,21 +33,21 @@ pub struct PostTool<'a> {
     pub words: WordMap,
 }
 
-/// How a CL file is posted.
+/// Options of posting.
 #[derive(Clone, Debug)]
 pub struct PostOptions {
     /// Name of the program for the operator, if the file has no PARTNO.
     pub name: String,
-    /// Largest deviation of tip and rim of the cutter from the path of the file in cuts, mm. On arcs
-    /// half of it is for their chords.
+    /// Largest deviation of tip and rim of the cutter from the path of the file in cuts, mm. On
+    /// arcs half of it is for their chords.
     pub tolerance: f64,
     /// The same in rapids, mm; `None`: a rapid is one block, whatever the way of the axes.
     pub rapid_tolerance: Option<f64>,
     /// Distance along the tool axis, mm: by which the tool is lifted where rotary axes have to turn
     /// within a cut, and from which it comes to a file that begins with a cut. `None`: refused.
     pub retract: Option<f64>,
-    /// Branch of the rotary axes at the first point of each tool; which branch follows is chosen for
-    /// the whole path.
+    /// Branch of the rotary axes at the first point of each tool; which branch follows is chosen
+    /// for the whole path.
     pub branch: BranchPreference,
     /// Whether feeds are lowered to those that the axes reach within acceleration and jerk; if not,
     /// their largest velocities alone lower them.

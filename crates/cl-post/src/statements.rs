@@ -101,7 +101,7 @@ pub(crate) fn is_operation(word: &str, text: &str) -> bool {
     word == "TOOLPATH" || word == "TOOL" && text.to_ascii_uppercase().starts_with("PATH/")
 }
 
-/// Returns what becomes of a statement.
+/// Returns the treatment of a statement.
 pub(crate) fn treatment(statement: &AptStatement, word: &str) -> Treatment {
     match &statement.meaning {
         AptMeaning::PartName(_)

@@ -11,14 +11,14 @@ use crate::report::{PostNote, PostedWord};
 use crate::scene::{ARC_SHARE, PostOptions};
 use crate::statements::{Cycle, WordCounts, check_unknown, frame, free_text, is_operation, is_text, major_word};
 
-/// What a file says, tool by tool.
+/// Content of a file, tool by tool.
 #[derive(Debug, Default)]
 pub(crate) struct FileSteps {
     /// PARTNO.
     pub(crate) name: Option<String>,
     /// Parts with one tool each, in order; every one moves.
     pub(crate) parts: Vec<ToolPart>,
-    /// What became of every word.
+    /// Every word with its treatment.
     pub(crate) words: Vec<PostedWord>,
     /// Parts of the file that the program lacks.
     pub(crate) faults: Vec<PostNote>,
@@ -99,7 +99,7 @@ struct StepReader<'a> {
     /// mm per unit.
     unit: f64,
     frame: Isometry3<f64>,
-    /// Where the tool is, frame of the part.
+    /// Pose of the tool, frame of the part.
     at: Option<ClPoint>,
     spindle: Option<SpindleSpec>,
     spindle_is_on: bool,

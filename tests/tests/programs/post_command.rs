@@ -5,7 +5,7 @@ use std::path::Path;
 
 use facemill::nc_program::read::{AxisAt, MotionKind};
 use facemill::nc_program::{Dialect, read_program};
-use facemill_tests::jobs::{JobFolder, small_patch, text_of};
+use facemill_tests::jobs::{JobFolder, small_patch, small_patch_planned, text_of};
 use facemill_tests::program::{code_and_errors, run};
 use serde_json::{Value, json};
 
@@ -79,6 +79,24 @@ fn the_apt_file_of_a_plan_leads_to_its_axis_positions() {
         }
     }
     assert!(worst < 1e-4, "{worst}");
+}
+
+/// The APT file of a plan goes to every control on three kinds of machines, and is what it says
+/// when it is read back.
+#[test]
+fn the_apt_file_of_a_plan_is_posted_for_all_controls_on_three_machines() {
+    let job = small_patch();
+    job.write("program.apt", text_of(small_patch_planned(), "program.apt").as_bytes());
+    let tool = place(&job, "tool.json");
+    for name in ["table-table-a-c", "head-head-c-a", "head-b-table-c"] {
+        let machine = preset(&job, name);
+        for dialect in Dialect::ALL {
+            let mount = if name == "head-b-table-c" { "0,0,300" } else { "0,0,100" };
+            let options = ["--machine", &machine, "--tool", &tool, "--dialect", dialect.name(), "--mount", mount];
+            let (code, printed, errors) = post(&job, "program.apt", &options);
+            assert_eq!(code, 0, "{name} {}: {printed}{errors}", dialect.name());
+        }
+    }
 }
 
 #[test]

@@ -4,16 +4,19 @@ use facemill_cl_data::ClPoint;
 use facemill_inverse_kinematics::AxisValues;
 use facemill_inverse_kinematics::motion::deviation_bound;
 
-use crate::positions::Ways;
-use crate::positions::ways::near;
+use crate::positions::ways::{MotionRules, near};
 use crate::scene::MAX_BETWEEN;
 
-/// Returns the positions between two in which all rotary axes turn evenly and the tip goes straight,
-/// within `tolerance` mm.
+/// Returns the positions between two in which all rotary axes turn evenly and the tip goes
+/// straight, within `tolerance` mm.
 ///
 /// # Errors
 /// If the linear axes cannot hold the tip, an axis meets a limit, or too many positions are needed.
-pub(crate) fn turned(ways: &Ways<'_>, [from, to]: [&AxisValues; 2], tolerance: f64) -> Result<Vec<AxisValues>, String> {
+pub(crate) fn turned(
+    ways: &MotionRules<'_>,
+    [from, to]: [&AxisValues; 2],
+    tolerance: f64,
+) -> Result<Vec<AxisValues>, String> {
     let tip = |q: &AxisValues| ways.machine.cl_point(q, ways.tool_length).tip;
     let (start, end) = (tip(from), tip(to));
     let at = |t: f64| {
@@ -48,7 +51,7 @@ pub(crate) fn turned(ways: &Ways<'_>, [from, to]: [&AxisValues; 2], tolerance: f
 ///
 /// # Errors
 /// If an axis meets its limit.
-pub(crate) fn lifted(ways: &Ways<'_>, from: &AxisValues, by: f64) -> Result<AxisValues, String> {
+pub(crate) fn lifted(ways: &MotionRules<'_>, from: &AxisValues, by: f64) -> Result<AxisValues, String> {
     let cl = ways.machine.cl_point(from, ways.tool_length);
     let tip = cl.tip + cl.axis.into_inner() * by;
     let up = ways.machine.with_tip_at(from, &tip, ways.tool_length);
@@ -66,7 +69,7 @@ pub(crate) fn lifted(ways: &Ways<'_>, from: &AxisValues, by: f64) -> Result<Axis
 ///
 /// # Errors
 /// If there is none within the limits.
-pub(crate) fn other_solution(ways: &Ways<'_>, pose: &ClPoint, next: &AxisValues) -> Result<AxisValues, String> {
+pub(crate) fn other_solution(ways: &MotionRules<'_>, pose: &ClPoint, next: &AxisValues) -> Result<AxisValues, String> {
     near(ways, pose, next).ok_or_else(|| {
         "the pose before it is not reached by the solution that goes on from it: the cut has to be split there"
             .to_owned()

@@ -1,11 +1,26 @@
 //! Positions between two points that keep the motion of the control within a tolerance.
 
-use facemill_cl_data::ClPoint;
+use facemill_cl_data::{ClPoint, CuttingLaw};
 use facemill_inverse_kinematics::motion::{Linearisation, LineariseError, MotionTolerance, deviation_bound, linearise};
-use facemill_inverse_kinematics::{AxisKind, AxisValues, BlockLaw};
+use facemill_inverse_kinematics::{AxisKind, AxisValues, BlockLaw, Machine};
 
-use crate::positions::Ways;
 use crate::scene::MAX_BETWEEN;
+
+/// Machine and laws by which moves are followed.
+pub(crate) struct MotionRules<'a> {
+    pub(crate) machine: &'a Machine,
+    pub(crate) tool_length: f64,
+    pub(crate) cutting: CuttingLaw,
+    pub(crate) rapid: BlockLaw,
+    /// Whether each axis goes at its own speed in rapids.
+    pub(crate) has_bent_rapids: bool,
+    pub(crate) in_cuts: MotionTolerance,
+    /// On chords of arcs.
+    pub(crate) on_chords: MotionTolerance,
+    /// `None`: a rapid is one block.
+    pub(crate) in_rapids: Option<MotionTolerance>,
+    pub(crate) retract: Option<f64>,
+}
 
 /// Largest difference of axis values that are the same, mm or rad.
 const SAME: f64 = 1e-7;
@@ -26,7 +41,7 @@ pub(crate) enum BetweenFault {
 
 /// Returns whether the motion of the control between two positions keeps a tolerance.
 pub(crate) fn held_by(
-    ways: &Ways<'_>,
+    ways: &MotionRules<'_>,
     (law, tolerance): (BlockLaw, &MotionTolerance),
     from: &AxisValues,
     to: &AxisValues,
@@ -37,12 +52,12 @@ pub(crate) fn held_by(
 /// Returns the positions between two, each with the pose that is meant there: none where the motion
 /// of the control keeps the tolerance.
 pub(crate) fn between(
-    ways: &Ways<'_>,
+    ways: &MotionRules<'_>,
     (law, tolerance): (BlockLaw, &MotionTolerance),
     [from, to]: [&AxisValues; 2],
     [start, end]: [&ClPoint; 2],
 ) -> Result<Vec<(AxisValues, ClPoint)>, BetweenFault> {
-    let turns_vector = law == BlockLaw::Cutting(facemill_cl_data::CuttingLaw::TipLinearVectorTurned);
+    let turns_vector = law == BlockLaw::Cutting(CuttingLaw::TipLinearVectorTurned);
     if !turns_vector && held_by(ways, (law, tolerance), from, to) {
         return Ok(Vec::new());
     }
@@ -66,10 +81,10 @@ pub(crate) fn between(
     }
 }
 
-/// Returns positions at equal parts of the way, as many as the tolerance needs, with the rotary axes
-/// near an even motion.
+/// Returns positions at equal parts of the way, as many as the tolerance needs, with the rotary
+/// axes near an even motion.
 fn evenly(
-    ways: &Ways<'_>,
+    ways: &MotionRules<'_>,
     (law, tolerance): (BlockLaw, &MotionTolerance),
     [from, to]: [&AxisValues; 2],
     [start, end]: [&ClPoint; 2],
@@ -95,14 +110,14 @@ fn evenly(
 }
 
 /// Returns the position at a pose whose rotary axes are nearest to those of `guess`.
-pub(crate) fn near(ways: &Ways<'_>, pose: &ClPoint, guess: &AxisValues) -> Option<AxisValues> {
+pub(crate) fn near(ways: &MotionRules<'_>, pose: &ClPoint, guess: &AxisValues) -> Option<AxisValues> {
     let solutions = ways.machine.inverse_near(pose, ways.tool_length, guess).ok()?;
     let turn = |q: &AxisValues| rotary_way(ways, q, guess);
     solutions.iter().map(|s| s.values).min_by(|a, b| turn(a).total_cmp(&turn(b)))
 }
 
 /// Sum of the turns of the rotary axes between two positions, rad.
-pub(crate) fn rotary_way(ways: &Ways<'_>, from: &AxisValues, to: &AxisValues) -> f64 {
+pub(crate) fn rotary_way(ways: &MotionRules<'_>, from: &AxisValues, to: &AxisValues) -> f64 {
     let axes = ways.machine.axes().iter().enumerate();
     axes.filter(|(_, axis)| axis.kind == AxisKind::Rotary).map(|(k, _)| (to[k] - from[k]).abs()).sum()
 }

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use facemill_cl_data::ClPoint;
+use facemill_cl_data::{ClPoint, Silent};
 use facemill_cl_file::read_apt;
 use facemill_cl_post::*;
 use facemill_inverse_kinematics::{AxisKind, AxisValues, Machine, preset};
@@ -98,7 +98,7 @@ impl Stage {
             post: &self.post,
         };
         let stamp = ProgramStamp::new(Path::new("test.apt"), text.as_bytes());
-        post_cl(&read_apt(text).unwrap(), stamp, Path::new("test.nc"), &scene, options)
+        post_cl(&read_apt(text).unwrap(), stamp, Path::new("test.nc"), &scene, options, &Silent)
     }
 
     pub(crate) fn post(&self, text: &str) -> Posted {

@@ -52,7 +52,7 @@ fn every_pose_is_reached_in_order_on_three_machines() {
     }
 }
 
-/// What the report bounds is measured here by sampling the straight motion of the axes.
+/// Samples the straight motion of the axes, which the report bounds.
 #[test]
 fn between_poses_the_control_keeps_the_tolerance() {
     for (k, name) in MACHINES.iter().enumerate() {

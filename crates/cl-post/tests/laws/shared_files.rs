@@ -68,7 +68,7 @@ fn manufacture_is_posted_in_all_dialects_on_three_machines() {
 }
 
 /// The frame in which a point is given, from the numbers of its CSYS.
-fn frame_of(file: &facemill_cl_file::AptFile, frame: Option<u32>) -> nalgebra::Matrix4<f64> {
+pub(crate) fn frame_of(file: &facemill_cl_file::AptFile, frame: Option<u32>) -> nalgebra::Matrix4<f64> {
     let Some(AptMeaning::Frame(Some(rows))) = frame.map(|k| &file.statements[k as usize].meaning) else {
         return nalgebra::Matrix4::identity();
     };

@@ -1,4 +1,4 @@
-//! What becomes of each statement.
+//! Treatment of each statement.
 
 use facemill_cl_post::{PostOptions, Treatment};
 use nalgebra::Vector3;

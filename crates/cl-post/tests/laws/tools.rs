@@ -44,8 +44,8 @@ fn a_tool_that_is_not_given_is_refused() {
     assert!(stage.post(&unnamed).text.contains("T7 M6"));
 }
 
-/// Under RTCP the words are the coordinates of the tip in the frame of the file, where the program's
-/// zero is that of the file.
+/// Under RTCP the words are the coordinates of the tip in the frame of the file, where the
+/// program's zero is that of the file.
 #[test]
 fn words_under_rtcp_are_the_coordinates_of_the_file() {
     let stage = Stage::control("head-head-c-a", Dialect::Fanuc, Some("tip_and_rotaries_linear"));

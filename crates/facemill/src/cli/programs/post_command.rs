@@ -5,18 +5,19 @@ use std::process::ExitCode;
 
 use clap::{ArgGroup, Args};
 use facemill::cl_file::{is_cl_file, read_apt};
-use facemill::cl_post::{MAX_RETRACT, PostOptions, Posted, TOLERANCES, post_cl};
+use facemill::cl_post::{MAX_RETRACT, PostFault, PostOptions, Posted, TOLERANCES, post_cl};
 use facemill::formats::ProgramStamp;
 use facemill::inverse_kinematics::BranchPreference;
 use facemill::job_file::{UnitFile, UpAxisFile};
 use facemill::nc_program::{Dialect, FeedMode};
-use facemill::{AdHocStock, Failure, files};
+use facemill::{AdHocStock, Failure, Stages, files};
 
 use crate::cli::arguments::ad_hoc_setup::{place, stock, unit, up_axis};
 use crate::cli::arguments::dialect::dialect;
 use crate::cli::arguments::option_lengths::above_zero;
 use crate::cli::output::say;
 use crate::cli::programs::post_job::{PostStage, verify_posted};
+use crate::cli::progress::Progress;
 
 /// Exit codes of the command.
 pub(crate) const EXIT_CODES: &str = "\
@@ -57,8 +58,8 @@ pub(crate) struct PostArguments {
     /// Position of the CL file's frame on the machine's table, mm; default: 0,0,0
     #[arg(long, value_name = "X,Y,Z", value_parser = place, allow_hyphen_values = true, conflicts_with = "job")]
     pub(crate) mount: Option<[f64; 3]>,
-    /// Machine's X, Y and Z at the program's zero, mm. Default: those at the zero of the CL file with
-    /// the rotary axes at 0, so that words are its coordinates while no axis is turned
+    /// Machine's X, Y and Z at the program's zero, mm. Default: those at the zero of the CL file
+    /// with the rotary axes at 0, so that words are its coordinates while no axis is turned
     #[arg(long, value_name = "X,Y,Z", value_parser = place, allow_hyphen_values = true, conflicts_with = "job")]
     pub(crate) work_offset: Option<[f64; 3]>,
     /// Register of the work offset: G54, G54.1 P1 and so on; default: G54
@@ -174,8 +175,13 @@ pub(crate) fn run(arguments: &PostArguments) -> Result<ExitCode, Failure> {
         law_feeds: !arguments.given_feeds,
         ..PostOptions::new(cl_path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned()))
     };
-    let mut posted = post_cl(&file, stamp, &arguments.out, &stage.scene(), &options)
-        .map_err(|fault| Failure::input(cl_path, fault))?;
+    let monitor = Progress::new(false).start("post the points", file.points.len());
+    let posted = post_cl(&file, stamp, &arguments.out, &stage.scene(), &options, &*monitor);
+    drop(monitor);
+    let mut posted = posted.map_err(|fault| match fault {
+        PostFault::Cancelled(_) => Failure::Interrupted,
+        fault => Failure::input(cl_path, fault),
+    })?;
     drop(file);
     if posted.is_as_meant {
         verify_posted(arguments, &stage, &mut posted)?;

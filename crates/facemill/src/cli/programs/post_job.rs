@@ -114,9 +114,9 @@ impl PostStage {
 /// Decimals of a program's zero, as a factor: a thousandth of the last decimal of words.
 const ZERO_DECIMALS: f64 = 1e6;
 
-/// Returns the machine's X, Y and Z at which words are 0 with the tip at the zero of the CL file and
-/// the rotary axes at 0, mm: words are then coordinates of the file while no axis is turned. 0 on a
-/// machine whose linear axes cannot hold the tip.
+/// Returns the machine's X, Y and Z at which words are 0 with the tip at the zero of the CL file
+/// and the rotary axes at 0, mm: words are then coordinates of the file while no axis is turned. 0
+/// on a machine whose linear axes cannot hold the tip.
 fn program_zero(machine: &Machine, table_from_work: &Isometry3<f64>) -> [f64; 3] {
     let axes = machine.axes();
     let zeros = AxisValues::zeros(axes.len());
