@@ -271,8 +271,9 @@ impl AptReader {
         let state = &mut self.state;
         let kind = match word {
             "FROM" => AptPointKind::Start,
-            _ if state.is_rapid => AptPointKind::Rapid,
+            // An arc at rapid rate is followed at the feed in force: the straight way is another one.
             _ if state.is_arc => AptPointKind::Arc,
+            _ if state.is_rapid => AptPointKind::Rapid,
             _ if state.is_cycle => AptPointKind::Cycle,
             _ => AptPointKind::Linear,
         };

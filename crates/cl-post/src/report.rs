@@ -75,7 +75,7 @@ pub struct PostedTool {
 pub struct PostDeviation {
     /// Largest distance of the tip from a point of the file, mm.
     pub tip_mm: f64,
-    /// Line of the CL file at that point.
+    /// Line of the CL file at that point; 0 without any deviation, as for the others.
     pub tip_cl_line: u32,
     /// Largest angle of the tool axis to that of a point, deg.
     pub axis_deg: f64,
@@ -198,12 +198,19 @@ impl PostReport {
         }
         lines.push(format!("  time of all       {} at constant speed", clock(self.constant_time())));
         lines.push(format!(
-            "  read back         tip within {:.4} mm (line {}), axis within {:.4} deg (line {}) at {} positions",
-            d.tip_mm, d.tip_cl_line, d.axis_deg, d.axis_cl_line, d.compared
+            "  read back         tip within {:.4} mm{}, axis within {:.4} deg{} at {} positions",
+            d.tip_mm,
+            at_line(d.tip_cl_line),
+            d.axis_deg,
+            at_line(d.axis_cl_line),
+            d.compared
         ));
         lines.push(format!(
-            "  between positions cutter within {:.4} mm (line {}) in cuts, {:.4} mm in rapids; allowed {} mm in cuts",
-            d.between_mm, d.between_cl_line, d.between_rapid_mm, d.tolerance_mm
+            "  between positions cutter within {:.4} mm{} in cuts, {:.4} mm in rapids; allowed {} mm in cuts",
+            d.between_mm,
+            at_line(d.between_cl_line),
+            d.between_rapid_mm,
+            d.tolerance_mm
         ));
         lines.push("  words of the file".to_owned());
         let word = |w: &PostedWord| format!("    {:<12} {:>7}  {}", w.word, w.count, w.treatment.text());
@@ -240,6 +247,11 @@ impl PostReport {
     fn constant_time(&self) -> f64 {
         self.tools.iter().map(|t| t.times.constant_cutting_s + t.times.constant_rapid_s).sum()
     }
+}
+
+/// Place of a largest deviation; none where nothing deviates.
+fn at_line(line: u32) -> String {
+    if line == 0 { String::new() } else { format!(" (line {line})") }
 }
 
 fn feed_text(mode: FeedMode) -> &'static str {

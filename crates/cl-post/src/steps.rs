@@ -287,8 +287,15 @@ impl<'a> StepReader<'a> {
             Step::Move(PathMove { line: point.line, cl, feed, is_point, is_chord: false })
         };
         match point.kind {
-            AptPointKind::Start | AptPointKind::Rapid => self.part.steps.push(to(cl, None, true)),
-            AptPointKind::Cycle => {
+            AptPointKind::Start => {
+                if self.at.is_some() {
+                    self.note(point.line, "FROM behind other moves is written as a move at rapid rate");
+                }
+                self.part.steps.push(to(cl, None, true));
+            }
+            AptPointKind::Rapid if self.cycle.is_none() => self.part.steps.push(to(cl, None, true)),
+            // Some systems write RAPID before each place.
+            AptPointKind::Cycle | AptPointKind::Rapid => {
                 let Some(cycle) = &mut self.cycle else {
                     return Err(PostFault::at(point.line, "a place of a cycle that was not described"));
                 };
@@ -413,6 +420,9 @@ impl<'a> StepReader<'a> {
         }
         if self.out.parts.is_empty() {
             return Err(PostFault::Whole("no statement moves the tool (GOTO, FROM, GODLTA)".to_owned()));
+        }
+        if !self.file.statements.iter().any(|s| matches!(s.meaning, AptMeaning::Unit(_))) {
+            self.out.notes.push(PostNote::whole("UNITS is missing: lengths are taken as mm"));
         }
         if !self.is_ended {
             self.out.notes.push(PostNote::whole("FINI is missing: the file may be cut off"));

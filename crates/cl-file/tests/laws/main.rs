@@ -192,6 +192,9 @@ fn arcs_of_all_forms_are_the_same() {
         assert_eq!(kinds, [(Linear, None), (Arc, Some(0)), (Linear, None)], "{arc}");
         assert!((file.points[1].cl.tip - Point3::new(25.4, 25.4, 0.0)).norm() < 1e-12);
     }
+    let rapid = read_apt("FEDRAT/100\nGOTO/1,0,0\nRAPID\nCIRCLE/0,0,0,0,0,1\nGOTO/0,1,0\nGOTO/0,2,0").unwrap();
+    let kinds: Vec<_> = rapid.points.iter().map(|p| (p.kind, p.feed.is_some())).collect();
+    assert_eq!(kinds[1..], [(AptPointKind::Arc, true), (AptPointKind::Linear, true)]);
     let by_name = read_apt("GOTO/0,0,0\nCIRCLE/C1\nGOTO/1,0,0").unwrap();
     assert_eq!((by_name.points[1].kind, by_name.points[1].arc), (AptPointKind::Arc, None));
 }

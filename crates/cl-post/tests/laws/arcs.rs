@@ -97,7 +97,7 @@ fn an_angle_of_the_other_way_round_turns_the_sense() {
     assert!((length(270.0) - 15.0 * PI).abs() < 0.1);
     assert_eq!(
         stage.refused(&file(&start, "MOVARC/0,0,20,0,0,1,10,ANGLE,100", &end)),
-        "line 9: the arc's ANGLE is 100.000 deg, and its ends are 90.000 deg apart about its axis"
+        "line 10: the arc's ANGLE is 100.000 deg, and its ends are 90.000 deg apart about its axis"
     );
 }
 

@@ -230,4 +230,5 @@ pub(crate) fn angle(a: &Unit<Vector3<f64>>, b: &Unit<Vector3<f64>>) -> f64 {
 }
 
 /// Head of a file with tool 7 for statements of a test.
-pub(crate) const HEAD: &str = "MULTAX/ON\nLOADTL/7\nSPINDL/3000,RPM,CLW\nRAPID\nGOTO/0,0,60\nFEDRAT/600,MMPM\n";
+pub(crate) const HEAD: &str =
+    "UNITS/MM\nMULTAX/ON\nLOADTL/7\nSPINDL/3000,RPM,CLW\nRAPID\nGOTO/0,0,60\nFEDRAT/600,MMPM\n";
