@@ -271,7 +271,7 @@ impl AptReader {
         let state = &mut self.state;
         let kind = match word {
             "FROM" => AptPointKind::Start,
-            // An arc at rapid rate is followed at the feed in force: the straight way is another one.
+            // An arc at rapid rate is followed at the feed in force: its chord is another way.
             _ if state.is_arc => AptPointKind::Arc,
             _ if state.is_rapid => AptPointKind::Rapid,
             _ if state.is_cycle => AptPointKind::Cycle,
