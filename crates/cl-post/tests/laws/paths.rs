@@ -213,3 +213,25 @@ fn the_same_file_gives_the_same_bytes() {
     assert_eq!(one.text, two.text);
     assert_eq!(one.report.summary(), two.report.summary());
 }
+
+/// Where each axis goes at its own speed at rapid rate, a rapid that would leave its line is
+/// written as a cut at the largest feed; along one axis it stays a rapid.
+#[test]
+fn rapids_that_would_bend_are_cuts_at_the_largest_feed() {
+    let mut stage = Stage::fanuc("table-table-a-c", 3);
+    let text = facemill_inverse_kinematics::preset("table-table-a-c").unwrap();
+    let bent = text.replace("\"rapid\": \"linear\"", "\"rapid\": \"per_axis\"");
+    assert_ne!(bent, text);
+    stage.machine = facemill_inverse_kinematics::Machine::from_json(bent.as_bytes()).unwrap();
+    let settings = facemill_nc_program::dialect::PostFile::default().settings(None).unwrap();
+    stage.post = facemill_cl_post::post_on(&stage.machine, &settings).unwrap();
+    let posted = stage.post(&format!("{HEAD}RAPID\nGOTO/100,30,60\nRAPID\nGOTO/100,30,90\nFINI"));
+    assert!(posted.report.is_clean(), "{:?}", posted.report.faults);
+    let motions = motions(&posted.text);
+    let kinds: Vec<bool> = motions.iter().map(|m| m.is_rapid).collect();
+    assert_eq!(kinds, [true, false, true]);
+    assert!(motions[1].feed > 5000.0, "{}", motions[1].feed);
+    // Linear rapids do not bend.
+    let straight = Stage::fanuc("table-table-a-c", 3).post(&format!("{HEAD}RAPID\nGOTO/100,30,60\nFINI"));
+    assert!(crate::kit::motions(&straight.text).iter().all(|m| m.is_rapid));
+}
