@@ -3,6 +3,7 @@
 use facemill_cl_data::ClPoint;
 use facemill_nc_program::Coolant;
 use facemill_nc_program::SpindleSpec;
+use nalgebra::{Point3, Unit, Vector3};
 
 /// Number of lines that are searched for words of a CL file.
 const FIRST_LINES: usize = 500;
@@ -72,6 +73,8 @@ pub struct AptFile {
     pub statements: Vec<AptStatement>,
     /// Every point of the tool, in order.
     pub points: Vec<AptPoint>,
+    /// Every arc, in order.
+    pub arcs: Vec<AptArc>,
     /// Major words that were kept without evaluation, by first appearance.
     pub unknown: Vec<AptUnknownWord>,
 }
@@ -114,17 +117,34 @@ pub enum AptMeaning {
         /// True for CLW, and without a direction.
         clockwise: bool,
     },
+    /// SPINDL/OFF, or a speed of 0.
+    SpindleOff,
+    /// SPINDL/ON: the last speed again.
+    SpindleOn,
+    /// COOLNT.
+    Coolant(AptCoolant),
     /// FEDRAT, mm/min.
     Feed(f64),
+    /// FEDRAT in mm per revolution.
+    FeedPerRevolution(f64),
+    /// DELAY: s; `None` for a number of revolutions, and without a number.
+    Dwell(Option<f64>),
+    /// STOP; OPSTOP is optional.
+    Stop {
+        /// Whether the operator's switch decides.
+        optional: bool,
+    },
     /// RAPID: the next point at rapid rate.
     Rapid,
-    /// GOTO, FROM, GODLTA: index in [`AptFile::points`].
+    /// GOTO, FROM, GODLTA, TLON: index in [`AptFile::points`].
     Point(usize),
+    /// TLAXIS: axis of the points behind it that give none.
+    ToolAxis,
     /// MULTAX: whether points carry axes.
     MultiAxis(bool),
     /// CYCLE: whether a cycle is on.
     Cycle(bool),
-    /// CIRCLE: the next point is the end of an arc.
+    /// CIRCLE, MOVARC: the next point is the end of an arc.
     Circle,
     /// CSYS with twelve numbers: the frame of the following points in that of the part, three rows
     /// of a direction's components and an offset (mm). `None` for TRNTYP, which gives the purpose
@@ -136,11 +156,39 @@ pub enum AptMeaning {
     Setup(bool),
     /// FINI.
     End,
-    /// Known not to affect the position of the tool (COOLNT, SELECT, lengths of the tool that a
-    /// system draws, …).
+    /// Known not to affect the position of the tool (SELECT, lengths of the tool that a system
+    /// draws, …).
     Auxiliary,
     /// Kept without evaluation.
     Unknown,
+}
+
+/// Kind of coolant of COOLNT.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum AptCoolant {
+    /// OFF.
+    Off,
+    /// ON, FLOOD.
+    Flood,
+    /// MIST, AIR.
+    Mist,
+    /// Any other kind, such as THRU.
+    Other,
+}
+
+/// An arc of CIRCLE, MOVARC or CATIA's TLON with a circle: from the point before to that of the
+/// statement, about an axis. Lengths in mm, in the frame of the points.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AptArc {
+    /// Any point of the axis.
+    pub center: Point3<f64>,
+    /// The tool turns about it counter-clockwise (right-hand rule).
+    pub axis: Unit<Vector3<f64>>,
+    /// Radius as given, mm.
+    pub radius: Option<f64>,
+    /// Angle of the turn as given (ANGLE), rad.
+    pub angle: Option<f64>,
 }
 
 /// A point of the tool's path.
@@ -157,6 +205,9 @@ pub struct AptPoint {
     /// Index in [`AptFile::statements`] of the frame in which the point is given; `None` before the
     /// first.
     pub frame: Option<u32>,
+    /// Index in [`AptFile::arcs`] of the arc that ends here; `None` for other points, and for arcs
+    /// whose statement gives no centre and axis.
+    pub arc: Option<u32>,
 }
 
 /// Kind of the move to a point.

@@ -10,18 +10,21 @@
 //! |---|---|
 //! | `apt_file` | points, statements and their meaning |
 //! | `statement` | statements of a text: words, numbers, continued lines |
+//! | `arc` | arcs of CIRCLE, MOVARC and TLON |
 //! | `reader` | statements to points and their meaning |
 //! | `writer` | an [`AptSpec`] as text |
 //!
 //! It must not know machines or controls.
 
 mod apt_file;
+mod arc;
 mod reader;
 mod statement;
 mod writer;
 
 pub use apt_file::{
-    AptCutter, AptFile, AptMeaning, AptMove, AptPoint, AptPointKind, AptSpec, AptStatement, AptUnknownWord, is_cl_file,
+    AptArc, AptCoolant, AptCutter, AptFile, AptMeaning, AptMove, AptPoint, AptPointKind, AptSpec, AptStatement,
+    AptUnknownWord, is_cl_file,
 };
 pub use reader::read_apt;
 pub use writer::write_apt;

@@ -1,7 +1,8 @@
 use facemill_cl_data::ClPoint;
 use nalgebra::{Point3, Unit, Vector3};
 
-use crate::apt_file::{AptFile, AptMeaning, AptPoint, AptPointKind, AptStatement, AptUnknownWord};
+use crate::apt_file::{AptArc, AptCoolant, AptFile, AptMeaning, AptPoint, AptPointKind, AptStatement, AptUnknownWord};
+use crate::arc::{along_circle, circle};
 use crate::statement::{RawStatement, Statements, parse};
 use facemill_nc_program::read::{ReadError, ReadFault};
 
@@ -13,7 +14,8 @@ const INCH: f64 = 25.4;
 /// silently.
 ///
 /// A point without an axis has the last one of a MULTAX file, or +z where none has been given or
-/// MULTAX is off. Points are as given, in the frame of the last CSYS before them where there is one
+/// MULTAX is off. A feed per revolution is that of the spindle speed in force at each point. Points
+/// are as given, in the frame of the last CSYS before them where there is one
 /// ([`AptPoint::frame`]); other words that move the frame (TRACUT, ORIGIN, …) are among the
 /// unknown.
 ///
@@ -37,11 +39,26 @@ struct State {
     unit: f64,
     axis: Unit<Vector3<f64>>,
     tip: Option<Point3<f64>>,
-    feed: Option<f64>,
+    feed: Option<FeedInForce>,
+    /// Spindle speed of the last SPINDL with one, 1/min.
+    rpm: Option<f64>,
     is_rapid: bool,
     is_arc: bool,
     is_cycle: bool,
     frame: Option<u32>,
+    /// Index of the arc that the next point ends.
+    arc: Option<u32>,
+    /// Direction of INDIRV.
+    direction: Option<Vector3<f64>>,
+}
+
+/// Last FEDRAT.
+#[derive(Clone, Copy)]
+enum FeedInForce {
+    /// mm/min.
+    PerMinute(f64),
+    /// mm per revolution.
+    PerRevolution(f64),
 }
 
 impl Default for State {
@@ -51,10 +68,13 @@ impl Default for State {
             axis: Vector3::z_axis(),
             tip: None,
             feed: None,
+            rpm: None,
             is_rapid: false,
             is_arc: false,
             is_cycle: false,
             frame: None,
+            arc: None,
+            direction: None,
         }
     }
 }
@@ -68,17 +88,32 @@ impl AptReader {
         let values = raw.values(start);
         Ok(match word.as_str() {
             "PARTNO" => AptMeaning::PartName(raw.text[start..].trim().to_owned()),
-            "PPRINT" | "INSERT" | "REMARK" => AptMeaning::Comment,
+            "PPRINT" | "INSERT" | "REMARK" | "TPRINT" => AptMeaning::Comment,
             "UNITS" | "UNIT" => self.unit(raw, &values)?,
             "CUTTER" => self.cutter(raw, &values)?,
             "LOADTL" | "LOAD" => tool(raw, &word, &values)?,
-            "SPINDL" => spindle(raw, &values),
+            "SPINDL" => self.spindle(raw, &values)?,
             "FEDRAT" => self.feed(raw, &values)?,
             "RAPID" => {
                 self.state.is_rapid = true;
                 AptMeaning::Rapid
             }
             "GOTO" | "FROM" | "GODLTA" => self.point(raw, &word, &values)?,
+            "TLON" => match along_circle(raw, self.state.unit, self.state.tip, self.state.direction)? {
+                Some((arc, end)) => {
+                    self.start_arc(Some(arc));
+                    self.push_point(raw, &word, end)?
+                }
+                None => self.keep_unknown(word, raw.line),
+            },
+            "TLAXIS" => {
+                self.state.axis = direction(raw, &word, &values)?;
+                AptMeaning::ToolAxis
+            }
+            "INDIRV" => {
+                self.state.direction = Some(direction(raw, &word, &values)?.into_inner());
+                AptMeaning::Auxiliary
+            }
             "MULTAX" => {
                 let is_on = !has(&values, "OFF");
                 if !is_on {
@@ -90,8 +125,9 @@ impl AptReader {
                 self.state.is_cycle = !has(&values, "OFF");
                 AptMeaning::Cycle(self.state.is_cycle)
             }
-            "CIRCLE" => {
-                self.state.is_arc = true;
+            "CIRCLE" | "MOVARC" => {
+                let arc = circle(raw, &values, self.state.unit)?;
+                self.start_arc(arc);
                 AptMeaning::Circle
             }
             "CSYS" => match self.frame(raw, &values)? {
@@ -102,9 +138,11 @@ impl AptReader {
             "CUTCOM" => AptMeaning::RadiusCompensation(!has(&values, "OFF")),
             "SETUP" => AptMeaning::Setup(!has(&values, "END")),
             "FINI" | "END" => AptMeaning::End,
-            "COOLNT" | "SELECT" | "TOOLNO" | "STOP" | "OPSTOP" | "DELAY" | "MACHIN" | "INTOL" | "OUTTOL" | "TOLER" => {
-                AptMeaning::Auxiliary
-            }
+            "COOLNT" => AptMeaning::Coolant(coolant(&values)),
+            "DELAY" => AptMeaning::Dwell(if has(&values, "REV") { None } else { first_number(&values) }),
+            "STOP" | "OPSTOP" => AptMeaning::Stop { optional: word == "OPSTOP" },
+            "SELECT" | "TOOLNO" | "MACHIN" | "INTOL" | "OUTTOL" | "TOLER" | "AUTOPS" | "PAINT" | "TLDATA" | "TOOL"
+            | "TOOLPATH" | "END-OF-PATH" | "PARTID" => AptMeaning::Auxiliary,
             _ if word.starts_with("CSI_SET_") => AptMeaning::Auxiliary,
             _ => self.keep_unknown(word, raw.line),
         })
@@ -145,21 +183,66 @@ impl AptReader {
     }
 
     fn feed(&mut self, raw: &RawStatement, values: &[(usize, &str)]) -> Result<AptMeaning, ReadError> {
-        if has(values, "MMPR") || has(values, "IPR") || has(values, "INVERS") {
-            return Err(fault(raw, "FEDRAT", "feed per revolution and inverse time are not supported"));
+        let mut unit = None;
+        let mut number = None;
+        for &(at, value) in values.iter().filter(|(_, value)| !value.is_empty()) {
+            if value.starts_with(|c: char| c.is_ascii_alphabetic()) {
+                unit = Some(self.feed_unit(raw, value)?);
+            } else if number.is_none() {
+                number = Some(raw.number((at, value))?);
+            }
         }
-        let number = values.iter().find(|(_, v)| v.bytes().any(|b| b.is_ascii_digit()));
-        let value = raw.number(*number.ok_or_else(|| fault(raw, "FEDRAT", "expected a number"))?)?;
-        let unit = if has(values, "MMPM") {
-            1.0
-        } else if has(values, "IPM") {
-            INCH
-        } else {
-            self.state.unit
+        let value = number.ok_or_else(|| fault(raw, "FEDRAT", "expected a number"))?;
+        let (is_per_minute, unit) = match (unit, self.state.feed) {
+            (Some(unit), _) => unit,
+            (None, Some(FeedInForce::PerRevolution(_))) => {
+                return Err(fault(raw, "FEDRAT", "behind a feed per revolution the unit must be given: MMPM or MMPR"));
+            }
+            (None, _) => (true, self.state.unit),
         };
-        self.state.feed = Some(value * unit);
+        let value = value * unit;
         self.state.is_rapid = false;
-        Ok(AptMeaning::Feed(value * unit))
+        self.state.feed =
+            Some(if is_per_minute { FeedInForce::PerMinute(value) } else { FeedInForce::PerRevolution(value) });
+        Ok(if is_per_minute { AptMeaning::Feed(value) } else { AptMeaning::FeedPerRevolution(value) })
+    }
+
+    /// Returns whether a unit of feed is per minute, and its length in mm.
+    fn feed_unit(&self, raw: &RawStatement, word: &str) -> Result<(bool, f64), ReadError> {
+        Ok(match word.to_ascii_uppercase().as_str() {
+            "MMPM" => (true, 1.0),
+            "IPM" => (true, INCH),
+            "PERMIN" => (true, self.state.unit),
+            "MMPR" => (false, 1.0),
+            "IPR" => (false, INCH),
+            "PERREV" => (false, self.state.unit),
+            "INVERS" => return Err(fault(raw, "FEDRAT", "inverse time is not supported; give MMPM or MMPR")),
+            _ => return Err(fault(raw, "FEDRAT", "expected MMPM, IPM, PERMIN, MMPR, IPR or PERREV for the unit")),
+        })
+    }
+
+    /// Reads a spindle speed, or that the spindle is switched.
+    fn spindle(&mut self, raw: &RawStatement, values: &[(usize, &str)]) -> Result<AptMeaning, ReadError> {
+        if ["SFM", "SMM"].iter().any(|word| has(values, word)) {
+            return Err(fault(raw, "SPINDL", "a cutting speed is not supported; give the speed as RPM"));
+        }
+        Ok(match first_number(values) {
+            Some(rpm) if rpm < 0.0 => return Err(fault(raw, "SPINDL", "the speed is below 0; give CLW or CCLW")),
+            Some(rpm) if rpm > 0.0 => {
+                self.state.rpm = Some(rpm);
+                AptMeaning::Spindle { rpm, clockwise: !has(values, "CCLW") }
+            }
+            Some(_) => AptMeaning::SpindleOff,
+            None if has(values, "OFF") => AptMeaning::SpindleOff,
+            None if has(values, "ON") => AptMeaning::SpindleOn,
+            None => AptMeaning::Auxiliary,
+        })
+    }
+
+    fn start_arc(&mut self, arc: Option<AptArc>) {
+        self.state.is_arc = true;
+        self.state.arc = arc.and_then(|_| u32::try_from(self.file.arcs.len()).ok());
+        self.file.arcs.extend(arc);
     }
 
     fn point(&mut self, raw: &RawStatement, word: &str, values: &[(usize, &str)]) -> Result<AptMeaning, ReadError> {
@@ -181,24 +264,36 @@ impl AptReader {
         if !tip.coords.iter().all(|v| v.is_finite()) {
             return Err(fault(raw, word, "a coordinate is too large"));
         }
-        Ok(self.push_point(raw.line, word, tip))
+        self.push_point(raw, word, tip)
     }
 
-    fn push_point(&mut self, line: u32, word: &str, tip: Point3<f64>) -> AptMeaning {
+    fn push_point(&mut self, raw: &RawStatement, word: &str, tip: Point3<f64>) -> Result<AptMeaning, ReadError> {
         let state = &mut self.state;
         let kind = match word {
             "FROM" => AptPointKind::Start,
-            _ if state.is_rapid => AptPointKind::Rapid,
+            // An arc at rapid rate is followed at the feed in force: its chord is another way.
             _ if state.is_arc => AptPointKind::Arc,
+            _ if state.is_rapid => AptPointKind::Rapid,
             _ if state.is_cycle => AptPointKind::Cycle,
             _ => AptPointKind::Linear,
         };
-        let feed = state.feed.filter(|_| !matches!(kind, AptPointKind::Rapid | AptPointKind::Start));
+        let feed = match state.feed.filter(|_| !matches!(kind, AptPointKind::Rapid | AptPointKind::Start)) {
+            Some(FeedInForce::PerRevolution(feed)) => {
+                let rpm = state
+                    .rpm
+                    .ok_or_else(|| fault(raw, word, "its feed is per revolution, and no SPINDL says how many"));
+                Some(feed * rpm?)
+            }
+            Some(FeedInForce::PerMinute(feed)) => Some(feed),
+            None => None,
+        };
+        let arc = state.arc.take().filter(|_| kind == AptPointKind::Arc);
         state.tip = Some(tip);
         // RAPID and CIRCLE apply to one point.
         (state.is_rapid, state.is_arc) = (false, false);
-        self.file.points.push(AptPoint { line, kind, cl: ClPoint { tip, axis: state.axis }, feed, frame: state.frame });
-        AptMeaning::Point(self.file.points.len() - 1)
+        let cl = ClPoint { tip, axis: state.axis };
+        self.file.points.push(AptPoint { line: raw.line, kind, cl, feed, frame: state.frame, arc });
+        Ok(AptMeaning::Point(self.file.points.len() - 1))
     }
 
     fn keep_unknown(&mut self, word: String, line: u32) -> AptMeaning {
@@ -216,12 +311,29 @@ fn tool(raw: &RawStatement, word: &str, values: &[(usize, &str)]) -> Result<AptM
     number.map(AptMeaning::Tool).ok_or_else(|| fault(raw, word, "expected a tool number"))
 }
 
-/// Returns the spindle speed; without one (ON, OFF, LOCK) there is nothing to keep.
-fn spindle(_raw: &RawStatement, values: &[(usize, &str)]) -> AptMeaning {
-    match values.iter().find_map(|(_, v)| parse(v)) {
-        Some(rpm) => AptMeaning::Spindle { rpm, clockwise: !has(values, "CCLW") },
-        None => AptMeaning::Auxiliary,
+/// Returns the kind of coolant; without a word it is on.
+fn coolant(values: &[(usize, &str)]) -> AptCoolant {
+    if has(values, "OFF") {
+        AptCoolant::Off
+    } else if has(values, "MIST") || has(values, "AIR") {
+        AptCoolant::Mist
+    } else if values.iter().all(|(_, v)| ["ON", "FLOOD", ""].iter().any(|word| v.eq_ignore_ascii_case(word))) {
+        AptCoolant::Flood
+    } else {
+        AptCoolant::Other
     }
+}
+
+/// Returns the direction of three numbers.
+fn direction(raw: &RawStatement, word: &str, values: &[(usize, &str)]) -> Result<Unit<Vector3<f64>>, ReadError> {
+    let numbers = values.iter().map(|value| raw.number(*value)).collect::<Result<Vec<_>, _>>()?;
+    let Some(&[i, j, k]) = numbers.as_array() else { return Err(fault(raw, word, "expected i, j, k")) };
+    Unit::try_new(Vector3::new(i, j, k), 1e-9).ok_or_else(|| fault(raw, word, "the direction has length zero"))
+}
+
+/// Returns the first number of the values.
+fn first_number(values: &[(usize, &str)]) -> Option<f64> {
+    values.iter().find_map(|(_, value)| parse(value))
 }
 
 fn has(values: &[(usize, &str)], word: &str) -> bool {

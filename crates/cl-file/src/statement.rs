@@ -62,6 +62,8 @@ impl RawStatement {
         let start = text.len() - text.trim_start().len();
         let body = text.trim();
         let (body, is_continued) = match body.find('$') {
+            // Creo's own statements are such comments, and go on behind `$` as others do.
+            Some(0) if body.starts_with("$$->") && body.ends_with('$') => (body[..body.len() - 1].trim_end(), true),
             Some(at) if body[at..].starts_with("$$") => (if at == 0 { body } else { body[..at].trim_end() }, false),
             // The text behind the mark is a comment.
             Some(at) => (body[..at].trim_end(), true),

@@ -5,15 +5,13 @@ mod batch_command;
 mod chip_area_command;
 mod deviation_command;
 mod equipment;
-mod feedrate_command;
-mod lengths_command;
 mod new_command;
 pub(crate) mod output;
 mod page_commands;
 mod paths_command;
 mod plan_command;
+mod programs;
 mod progress;
-mod rapids_command;
 mod verify_command;
 
 use std::path::{Path, PathBuf};
@@ -24,14 +22,15 @@ use chip_area_command::ChipAreaArguments;
 use clap::{CommandFactory, Parser, Subcommand, ValueEnum};
 use equipment::machine_commands::MachineCommand;
 use equipment::tool_commands::ToolCommand;
-use feedrate_command::FeedrateArguments;
-use lengths_command::LengthsArguments;
 use new_command::NewArguments;
 use page_commands::{ReportArguments, ViewArguments};
 use paths_command::PathsArguments;
 use plan_command::PlanArguments;
+use programs::feedrate_command::{self, FeedrateArguments};
+use programs::lengths_command::{self, LengthsArguments};
+use programs::post_command::{self, PostArguments};
+use programs::rapids_command::{self, RapidsArguments};
 use progress::Progress;
-use rapids_command::RapidsArguments;
 use verify_command::VerifyArguments;
 
 use crate::cli::output::{default_out, say};
@@ -91,6 +90,9 @@ enum Command {
         #[arg(long, value_name = "DIR")]
         out: Option<PathBuf>,
     },
+    /// Posts a CL file (APT) to a program of any machine and control, and reads it back
+    #[command(after_help = crate::cli::programs::post_command::EXIT_CODES)]
+    Post(Box<PostArguments>),
     /// Gives an existing program new feeds: its tip moves at the programmed speed. Only F words
     /// change
     Feedrate(FeedrateArguments),
@@ -155,6 +157,7 @@ enum Format {
     Rapids,
     Summary,
     Propeller,
+    Post,
 }
 
 /// Runs the command of the arguments.
@@ -175,6 +178,7 @@ pub(crate) fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
         Command::SolutionSpace { job, operation, pass, point, resolution_deg, out } => {
             solution_space(&job, &SolutionSpaceRequest { operation, pass, point, resolution_deg }, out)
         }
+        Command::Post(arguments) => post_command::run(&arguments),
         Command::Feedrate(arguments) => feedrate_command::run(&arguments),
         Command::Verify(arguments) => verify_command::run(&arguments),
         Command::View(arguments) => page_commands::view(&arguments),
@@ -271,6 +275,7 @@ fn schema(format: Format) -> String {
         Format::Lengths => facemill::file_format::schema::<facemill::lengths::LengthsFile>(),
         Format::Summary => facemill::file_format::schema::<facemill::formats::SummaryFile>(),
         Format::Propeller => facemill::file_format::schema::<facemill::propeller_file::PropellerJson>(),
+        Format::Post => facemill::file_format::schema::<facemill::cl_post::PostReport>(),
         Format::Rapids => facemill::file_format::schema::<facemill::rapids::RapidsFile>(),
     }
 }

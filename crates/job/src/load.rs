@@ -61,7 +61,10 @@ use crate::validate::tools::{JobByTool, setups_by_tool, tool_of, tool_of_setup};
 use crate::validate::{check_feeds, check_gouge_tolerances, check_heads, check_rounding, validate};
 
 /// Returns the values of the axes at the reference position, in the unit of words.
-pub(crate) fn home_words(machine: &Machine) -> Result<AxisWords, Failure> {
+///
+/// # Errors
+/// If an axis has no NC address.
+pub fn home_words(machine: &Machine) -> Result<AxisWords, Failure> {
     let mut words = AxisWords::new();
     for (k, axis) in machine.axes().iter().enumerate() {
         let value = axis.in_word_unit(machine.home()[k]);
@@ -70,7 +73,8 @@ pub(crate) fn home_words(machine: &Machine) -> Result<AxisWords, Failure> {
     Ok(words)
 }
 
-pub(crate) fn work_offset(register: &str) -> Option<WorkOffset> {
+/// Returns the work offset of this name, such as `G54`; `None` for another name.
+pub fn work_offset(register: &str) -> Option<WorkOffset> {
     (1..=WorkOffset::MAX).filter_map(WorkOffset::new).find(|w| w.to_string() == register)
 }
 

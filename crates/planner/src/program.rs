@@ -74,7 +74,7 @@ impl<'a> BlockWriter<'a> {
             words,
             feed_mode: job.post.feed_mode(),
             turns_from: (job.rapid_law() == BlockLaw::Cutting(CuttingLaw::TipLinearVectorTurned))
-                .then(|| rtcp_start_axes(job, words)),
+                .then(|| rtcp_start_axes(&job.machine, words)),
             clockwise: job.tool.spindle_rotation() == SpindleRotation::Clockwise,
             teeth: job.tool.n_inserts(),
             feeds: None,

@@ -9,6 +9,7 @@ mod first_contact;
 mod limits;
 mod machines;
 mod own_parts;
+mod post_command;
 mod program_commands;
 mod program_variants;
 mod rapids;

@@ -6,7 +6,7 @@ use facemill_tests::program::{code_and_errors, run};
 use facemill_tests::shared::workspace;
 use serde_json::{Value, json};
 
-const FORMATS: [&str; 19] = [
+const FORMATS: [&str; 20] = [
     "job",
     "tool",
     "machine",
@@ -26,6 +26,7 @@ const FORMATS: [&str; 19] = [
     "batch-report",
     "batch-tasks",
     "propeller",
+    "post",
 ];
 
 fn schema(format: &str) -> Value {

@@ -174,6 +174,78 @@ FINI";
 }
 
 #[test]
+fn arcs_of_all_forms_are_the_same() {
+    let about_z =
+        AptArc { center: Point3::new(25.4, 0.0, 0.0), axis: Vector3::z_axis(), radius: Some(25.4), angle: None };
+    let start = "UNITS/INCHES\nGOTO/2,0,0\n";
+    for (arc, angle) in [
+        ("CIRCLE/1,0,0,0,0,2,1\nGOTO/1,1,0", None),
+        ("MOVARC/1,0,0,0,0,1,1,ANGLE,90\nGOTO/1,1,0", Some(std::f64::consts::FRAC_PI_2)),
+        ("MOVARC/CENTER,1,0,0,AXIS,0,0,1,RADIUS,1,ANGLE,90\nGOTO/1,1,0", Some(std::f64::consts::FRAC_PI_2)),
+        ("AUTOPS\nINDIRV/0,1,0\nTLON,GOFWD/ (CIRCLE/ 1, 0, 0,$\n 1),ON,(LINE/1,0,0,1,1,0)", None),
+    ] {
+        let file = read_apt(format!("{start}{arc}\nGOTO/0,0,0\nFINI")).unwrap();
+        assert_eq!(file.unknown, [], "{arc}");
+        assert_eq!(file.arcs, [AptArc { angle, ..about_z }], "{arc}");
+        let kinds: Vec<_> = file.points.iter().map(|p| (p.kind, p.arc)).collect();
+        use AptPointKind::{Arc, Linear};
+        assert_eq!(kinds, [(Linear, None), (Arc, Some(0)), (Linear, None)], "{arc}");
+        assert!((file.points[1].cl.tip - Point3::new(25.4, 25.4, 0.0)).norm() < 1e-12);
+    }
+    let rapid = read_apt("FEDRAT/100\nGOTO/1,0,0\nRAPID\nCIRCLE/0,0,0,0,0,1\nGOTO/0,1,0\nGOTO/0,2,0").unwrap();
+    let kinds: Vec<_> = rapid.points.iter().map(|p| (p.kind, p.feed.is_some())).collect();
+    assert_eq!(kinds[1..], [(AptPointKind::Arc, true), (AptPointKind::Linear, true)]);
+    let by_name = read_apt("GOTO/0,0,0\nCIRCLE/C1\nGOTO/1,0,0").unwrap();
+    assert_eq!((by_name.points[1].kind, by_name.points[1].arc), (AptPointKind::Arc, None));
+}
+
+#[test]
+fn a_feed_per_revolution_follows_the_spindle() {
+    let text = "SPINDL/RPM,1000,CLW\nFEDRAT/MMPR,0.2\nGOTO/0,0,0\nSPINDL/500\nGOTO/1,0,0\nFEDRAT/0.1,IPR\n\
+                GOTO/2,0,0\nFEDRAT/100,PERMIN\nGOTO/3,0,0\nFEDRAT/7\nGOTO/4,0,0";
+    let file = read_apt(text).unwrap();
+    let feeds: Vec<f64> = file.points.iter().map(|p| p.feed.unwrap()).collect();
+    let expected = [200.0, 100.0, 0.1 * 25.4 * 500.0, 100.0, 7.0];
+    assert!(feeds.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-9), "{feeds:?}");
+}
+
+/// Creo's frames are comments over several lines.
+#[test]
+fn comments_of_creo_go_on_over_lines() {
+    let text = "$$-> CSYS / 1.0, 0.0, 0.0, 0.0, $\n            0.0, 1.0, 0.0, 0.0, $\n            0.0, 0.0, 1.0, 0.0\n\
+                $$ ends in $\nGOTO / 1.0, 2.0, $\n3.0\nFINI";
+    let file = read_apt(text).unwrap();
+    assert_eq!(file.unknown, []);
+    assert_eq!(file.statements.len(), 4);
+    assert_eq!(&*file.statements[0].text, "$$-> CSYS / 1.0, 0.0, 0.0, 0.0,0.0, 1.0, 0.0, 0.0,0.0, 0.0, 1.0, 0.0");
+    assert_eq!(file.points[0].cl.tip, Point3::new(1.0, 2.0, 3.0));
+}
+
+#[test]
+fn words_of_the_machine_are_told_apart() {
+    let text = "COOLNT/ON\nCOOLNT/THRU\nCOOLNT/OFF\nSPINDL/OFF\nSPINDL/ON\nDELAY/2.5\nDELAY/3,REV\nSTOP\nOPSTOP\n\
+                TPRINT/T1 mill\nTLAXIS/0,2,0\nGOTO/0,0,0";
+    let file = read_apt(text).unwrap();
+    let meanings: Vec<_> = file.statements.iter().map(|s| s.meaning.clone()).collect();
+    let expected = [
+        AptMeaning::Coolant(AptCoolant::Flood),
+        AptMeaning::Coolant(AptCoolant::Other),
+        AptMeaning::Coolant(AptCoolant::Off),
+        AptMeaning::SpindleOff,
+        AptMeaning::SpindleOn,
+        AptMeaning::Dwell(Some(2.5)),
+        AptMeaning::Dwell(None),
+        AptMeaning::Stop { optional: false },
+        AptMeaning::Stop { optional: true },
+        AptMeaning::Comment,
+        AptMeaning::ToolAxis,
+        AptMeaning::Point(0),
+    ];
+    assert_eq!(meanings, expected);
+    assert_eq!(file.points[0].cl.axis, Vector3::y_axis());
+}
+
+#[test]
 fn faults_are_placed() {
     for (text, expected) in [
         ("GOTO/1,2", "line 1, column 1: GOTO: expected x, y, z or x, y, z, i, j, k"),
@@ -182,7 +254,25 @@ fn faults_are_placed() {
         ("GOTO/1,2,3,0,0,0", "line 1, column 1: GOTO: the axis has length zero"),
         ("GODLTA/1,2,3", "line 1, column 1: GODLTA: there is no point before it"),
         ("UNITS/FEET", "line 1, column 1: UNITS: expected MM, CM or INCHES"),
-        ("FEDRAT/0.1,MMPR", "line 1, column 1: FEDRAT: feed per revolution and inverse time are not supported"),
+        ("FEDRAT/0.1,INVERS", "line 1, column 1: FEDRAT: inverse time is not supported; give MMPM or MMPR"),
+        ("FEDRAT/0.1,FPT", "line 1, column 1: FEDRAT: expected MMPM, IPM, PERMIN, MMPR, IPR or PERREV for the unit"),
+        (
+            "SPINDL/10\nFEDRAT/1,MMPR\nFEDRAT/2",
+            "line 3, column 1: FEDRAT: behind a feed per revolution the unit must be given: MMPM or MMPR",
+        ),
+        (
+            "FEDRAT/1,MMPR\nGOTO/1,2,3",
+            "line 2, column 1: GOTO: its feed is per revolution, and no SPINDL says how many",
+        ),
+        ("SPINDL/100,SMM", "line 1, column 1: SPINDL: a cutting speed is not supported; give the speed as RPM"),
+        ("SPINDL/-100", "line 1, column 1: SPINDL: the speed is below 0; give CLW or CCLW"),
+        ("CIRCLE/0,0,0,0,0,0,5", "line 1, column 1: CIRCLE: the axis of the arc has length zero"),
+        ("CIRCLE/0,0,nan,0,0,1,5", "line 1, column 12: `nan` has no valid number"),
+        ("TLAXIS/0,0,0", "line 1, column 1: TLAXIS: the direction has length zero"),
+        (
+            "GOTO/1,0,0\nTLON,GOFWD/(CIRCLE/0,0,0,1),ON,(LINE/0,0,0,0,1,0)",
+            "line 2, column 1: TLON: no INDIRV says in which direction the circle is followed",
+        ),
         ("CUTTER/", "line 1, column 1: CUTTER: expected a diameter"),
     ] {
         assert_eq!(read_apt(text).unwrap_err().to_string(), expected, "{text}");

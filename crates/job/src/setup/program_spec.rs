@@ -1,6 +1,6 @@
 //! Specification of a setup's program, besides its blocks, for the dialect's writer.
 
-use facemill_inverse_kinematics::Axis;
+use facemill_inverse_kinematics::{Axis, Machine};
 use facemill_nc_program::{
     AxisSpec, AxisWords, Coolant, FeedMode, MappedAxis, NcProgram, ProgramSpec, SpindleSpec, ToolSpec, WordMap,
 };
@@ -14,7 +14,7 @@ use crate::setup::word_map::{rtcp_start_axes, table_from_rtcp_words};
 
 /// Returns the words at which RTCP is switched on: linear axes at home, rotary words 0.
 fn rtcp_start(job: &Job, words: &WordMap) -> Result<AxisWords, Failure> {
-    let at = rtcp_start_axes(job, words);
+    let at = rtcp_start_axes(&job.machine, words);
     let tip = job.machine.cl_point(&at, job.tool.gauge_length()).tip;
     let tip = table_from_rtcp_words(job, words)?.inverse_transform_point(&tip);
     words.rtcp_words(&tip, at.as_slice()).map_err(|e| Failure::Internal(e.to_string()))
@@ -44,7 +44,7 @@ pub fn program_spec(
         FeedMode::Rtcp => Some(rtcp_start(job, words)?),
         FeedMode::G94 | FeedMode::G93 => None,
     };
-    let axes = axis_specs(job, words);
+    let axes = axis_specs(&job.machine, words);
     roll(program, job.machine.axes());
     Ok(ProgramSpec {
         job_name: format!("{} - {}", job.file.name, setup.file.name),
@@ -64,7 +64,7 @@ pub fn program_spec(
 }
 
 /// Returns the axes in the form of the dialect's writer.
-pub fn axis_specs(job: &Job, words: &WordMap) -> Vec<AxisSpec> {
+pub fn axis_specs(machine: &Machine, words: &WordMap) -> Vec<AxisSpec> {
     let spec = |(a, mapped): (&Axis, &MappedAxis)| AxisSpec {
         letter: mapped.letter,
         min: a.in_word_unit(a.min),
@@ -72,7 +72,7 @@ pub fn axis_specs(job: &Job, words: &WordMap) -> Vec<AxisSpec> {
         along_spindle: mapped.along_spindle.abs() > 0.5,
         work_offset: a.in_word_unit(mapped.offset),
     };
-    job.machine.axes().iter().zip(words.axes()).map(spec).collect()
+    machine.axes().iter().zip(words.axes()).map(spec).collect()
 }
 
 /// Returns a tool in the form of the dialect's writer.

@@ -93,9 +93,9 @@ pub fn word_frame(machine: &Machine, words: &WordMap) -> Option<Isometry3<f64>> 
 }
 
 /// Returns the axis values at which RTCP is switched on: linear axes at home, rotary words 0.
-pub fn rtcp_start_axes(job: &Job, words: &WordMap) -> AxisValues {
-    let mut at = job.machine.home();
-    for (k, (axis, mapped)) in job.machine.axes().iter().zip(words.axes()).enumerate() {
+pub fn rtcp_start_axes(machine: &Machine, words: &WordMap) -> AxisValues {
+    let mut at = machine.home();
+    for (k, (axis, mapped)) in machine.axes().iter().zip(words.axes()).enumerate() {
         if axis.kind == AxisKind::Rotary {
             at[k] = mapped.offset;
         }

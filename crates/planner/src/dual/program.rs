@@ -243,7 +243,7 @@ pub(crate) fn dual_spec(
 ) -> Result<(ProgramSpec, Vec<HeadSpec>), Failure> {
     let heads: Vec<HeadSpec> =
         (0..2).map(|h| head_spec(jobs, h, feeds[h].spindle_rpm)).collect::<Result<_, Failure>>()?;
-    let axes = facemill_job::setup::program_spec::axis_specs(jobs[0], words);
+    let axes = facemill_job::setup::program_spec::axis_specs(&jobs[0].machine, words);
     facemill_job::setup::rolled::roll(&mut timed.program, jobs[0].machine.axes());
     let spec = ProgramSpec {
         job_name: format!("{} - {}", jobs[0].file.name, setup.file.name),

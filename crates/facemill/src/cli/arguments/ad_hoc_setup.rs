@@ -10,7 +10,7 @@ use facemill::virtual_machine::Assumption;
 use facemill::{AD_HOC_GOUGE_LIMIT, AdHocSetup, AdHocStock, Failure, Job};
 
 /// Default register of the work offset.
-const WORK_REGISTER: &str = "G54";
+pub(crate) const WORK_REGISTER: &str = "G54";
 
 #[derive(Args)]
 pub(crate) struct StandArguments {
@@ -160,7 +160,7 @@ impl StandArguments {
     }
 }
 
-fn stock(text: &str) -> Result<AdHocStock, String> {
+pub(crate) fn stock(text: &str) -> Result<AdHocStock, String> {
     if text == "box" {
         return Ok(AdHocStock::Box);
     }
@@ -172,7 +172,7 @@ fn stock(text: &str) -> Result<AdHocStock, String> {
 }
 
 /// Returns a position from three numbers, mm.
-fn place(text: &str) -> Result<[f64; 3], String> {
+pub(crate) fn place(text: &str) -> Result<[f64; 3], String> {
     let numbers: Result<Vec<f64>, _> = text.split(',').map(|part| part.trim().parse::<f64>()).collect();
     match numbers.as_deref() {
         Ok(&[x, y, z]) if [x, y, z].iter().all(|v| v.is_finite()) => Ok([x, y, z]),
@@ -180,7 +180,7 @@ fn place(text: &str) -> Result<[f64; 3], String> {
     }
 }
 
-fn unit(text: &str) -> Result<UnitFile, String> {
+pub(crate) fn unit(text: &str) -> Result<UnitFile, String> {
     match text {
         "metre" => Ok(UnitFile::Metre),
         "centimetre" => Ok(UnitFile::Centimetre),
@@ -190,7 +190,7 @@ fn unit(text: &str) -> Result<UnitFile, String> {
     }
 }
 
-fn up_axis(text: &str) -> Result<UpAxisFile, String> {
+pub(crate) fn up_axis(text: &str) -> Result<UpAxisFile, String> {
     match text {
         "x" => Ok(UpAxisFile::X),
         "y" => Ok(UpAxisFile::Y),

@@ -134,7 +134,7 @@ impl ProgramOfJob {
 
 /// Returns the indices of the setups of a setup of the job file: of its tools, or the one of this
 /// name or number.
-fn setups_of(job: &Job, requested: Option<&str>) -> Result<Range<usize>, Failure> {
+pub(crate) fn setups_of(job: &Job, requested: Option<&str>) -> Result<Range<usize>, Failure> {
     let clampings = job.clampings();
     let of_all = match requested {
         Some(name) => clampings.into_iter().find(|(n, of)| n == name && of.len() > 1),

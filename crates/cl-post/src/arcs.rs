@@ -1,0 +1,88 @@
+//! Arcs as chords.
+
+use std::f64::consts::{FRAC_PI_2, TAU};
+
+use facemill_cl_data::ClPoint;
+use facemill_cl_file::AptArc;
+use nalgebra::{Point3, Unit, UnitQuaternion, Vector3};
+
+/// Largest difference of the distances of both ends from the axis, mm. Larger would take a wrong
+/// centre for an arc; smaller refuses files in inches with three decimals.
+const RADIUS_DIFFERENCE: f64 = 0.05;
+
+/// Distance of the ends below which the arc is a full circle, mm. Larger takes short arcs for full
+/// ones; smaller takes a full circle whose ends are rounded apart for no way.
+const CLOSED: f64 = 1e-3;
+
+/// Largest difference of the angle of the turn from that of the statement, rad.
+const ANGLE_DIFFERENCE: f64 = 0.01;
+
+/// Most chords of an arc.
+const MAX_CHORDS: f64 = 100_000.0;
+
+/// Returns the poses on an arc behind its start, the last one its end: the tip between two of them
+/// leaves the arc by at most `tolerance` mm. Height along the axis and tool axis change evenly.
+///
+/// # Errors
+/// If the ends are not on one circle about the axis, the given angle is not that of the turn, or
+/// the arc needs too many chords.
+pub(crate) fn chords(from: &ClPoint, to: &ClPoint, arc: &AptArc, tolerance: f64) -> Result<Vec<ClPoint>, String> {
+    let [(start, low), (end, high)] = [from, to].map(|cl| across(&cl.tip, arc));
+    let radii = [start.norm(), end.norm()];
+    if (radii[0] - radii[1]).abs() > RADIUS_DIFFERENCE || radii[0] < CLOSED {
+        return Err(format!(
+            "the arc begins {:.4} mm from its axis and ends {:.4} mm from it: centre, axis or end are wrong",
+            radii[0], radii[1]
+        ));
+    }
+    if let Some(radius) = arc.radius.filter(|radius| (radius - radii[0]).abs() > RADIUS_DIFFERENCE) {
+        return Err(format!("the arc is {:.4} mm from its axis, and its radius is given as {radius:.4} mm", radii[0]));
+    }
+    let turn = turn(arc, &start, &end)?;
+    let radius = radii[0].max(radii[1]);
+    let step = if tolerance >= radius { FRAC_PI_2 } else { (2.0 * (1.0 - tolerance / radius).acos()).min(FRAC_PI_2) };
+    let n = (turn.abs() / step).ceil().max(1.0);
+    if n.is_nan() || n > MAX_CHORDS {
+        return Err(format!("the arc needs {n} chords within {tolerance} mm, more than {MAX_CHORDS}"));
+    }
+    let on_arc = |k: usize| {
+        let t = k as f64 / n;
+        let rotation = UnitQuaternion::from_axis_angle(&arc.axis, turn * t);
+        let out = rotation * start * (1.0 + (radii[1] / radii[0] - 1.0) * t);
+        let tip = arc.center + out + arc.axis.into_inner() * (low + (high - low) * t);
+        let axis = from.axis.try_slerp(&to.axis, t, 1e-12).unwrap_or(from.axis);
+        ClPoint { tip, axis }
+    };
+    let n = n as usize;
+    Ok((1..n).map(on_arc).chain([*to]).collect())
+}
+
+/// The way from the axis to a point, and the point's height along it.
+fn across(tip: &Point3<f64>, arc: &AptArc) -> (Vector3<f64>, f64) {
+    let from_center = tip - arc.center;
+    let height = from_center.dot(&arc.axis);
+    (from_center - arc.axis.into_inner() * height, height)
+}
+
+/// The turn about the axis from start to end, rad: by the right-hand rule, unless the given angle
+/// says the other way round.
+fn turn(arc: &AptArc, start: &Vector3<f64>, end: &Vector3<f64>) -> Result<f64, String> {
+    let angle = arc.axis.dot(&start.cross(end)).atan2(start.dot(end)).rem_euclid(TAU);
+    let is_closed = (start - end).norm() < CLOSED;
+    let turn = if is_closed { TAU } else { angle };
+    let Some(given) = arc.angle else { return Ok(turn) };
+    if (given.abs() - turn).abs() <= ANGLE_DIFFERENCE {
+        Ok(turn)
+    } else if (TAU - turn - given.abs()).abs() <= ANGLE_DIFFERENCE {
+        Ok(turn - TAU)
+    } else {
+        let [given, turn] = [given, turn].map(f64::to_degrees);
+        Err(format!("the arc's ANGLE is {given:.3} deg, and its ends are {turn:.3} deg apart about its axis"))
+    }
+}
+
+/// Returns the arc seen from the frame that its own one is in.
+pub(crate) fn moved(arc: &AptArc, to_from: &nalgebra::Isometry3<f64>) -> AptArc {
+    let axis = Unit::new_normalize(to_from.rotation * arc.axis.into_inner());
+    AptArc { center: to_from * arc.center, axis, ..*arc }
+}

@@ -1,0 +1,242 @@
+//! A CL file to its program.
+
+use std::path::Path;
+
+use facemill_cl_data::Monitor;
+use facemill_cl_file::AptFile;
+use facemill_job::format::program_stamp::ProgramStamp;
+use facemill_job::setup::word_map::word_frame;
+use facemill_nc_program::{ProgramSpec, write_sections};
+use facemill_tool_model::SpindleRotation;
+use facemill_verification::text_times::{TimedText, times_of_text};
+use facemill_virtual_machine::motion::axis_motion::MotionContext;
+
+use crate::blocks::{ToolBlocks, blocks};
+use crate::fault::PostFault;
+use crate::feeds::lower_feeds;
+use crate::positions::{Position, positions};
+use crate::read_back::{WrittenPart, compare};
+use crate::report::{POST_FORMAT, PostDeviation, PostNote, PostReport, PostedTool};
+use crate::scene::{PostOptions, PostScene, PostTool};
+use crate::steps::{FileSteps, PathMove, Step, ToolPart, steps};
+
+/// A program and its report.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Posted {
+    /// Text of the program.
+    pub text: String,
+    /// Its report. Names and checksums of files are those that the caller gave.
+    pub report: PostReport,
+    /// Whether the text is what the file says. If not, it must not be run.
+    pub is_as_meant: bool,
+}
+
+/// Posts a CL file, and reads the program back.
+///
+/// `cl_file` names the file, `program` is the path of the program to be; nothing is opened. The
+/// monitor counts the moves of the file, and those that are added.
+///
+/// # Errors
+/// With the line: a statement that cannot be written, or a pose or motion that the machine cannot
+/// follow; without it: settings, machine or template do not go together, or the monitor cancels.
+pub fn post_cl(
+    file: &AptFile,
+    cl_file: ProgramStamp,
+    program: &Path,
+    scene: &PostScene<'_>,
+    options: &PostOptions,
+    monitor: &dyn Monitor,
+) -> Result<Posted, PostFault> {
+    options.check()?;
+    let FileSteps { name, parts, words, mut faults, mut notes } = steps(file, options)?;
+    let name = name.unwrap_or_else(|| options.name.clone());
+    let mut made = Vec::new();
+    for part in &parts {
+        made.push(MadePart::new(scene, options, (part, &name), &mut notes, monitor)?);
+    }
+    let specs: Vec<&ProgramSpec> = made.iter().map(|part| &part.blocks.spec).collect();
+    monitor.checkpoint()?;
+    let written = write_sections(&specs, scene.post)?;
+    let of_text: Vec<WrittenPart<'_>> = made
+        .iter()
+        .zip(&written.block_lines)
+        .map(|(part, block_lines)| WrittenPart {
+            tool: part.tool,
+            blocks: &part.blocks,
+            moves: &part.moves,
+            block_lines,
+        })
+        .collect();
+    let compared = compare(scene, &written.text, &of_text, options.tolerance);
+    let tools = posted_tools(scene, &parts, (&made, &compared.times), (&written.text, &written.block_lines));
+    let is_as_meant = compared.faults.is_empty();
+    faults.extend(compared.faults);
+    let stamps = (cl_file, ProgramStamp::new(program, written.text.as_bytes()));
+    let report = report(scene, stamps, tools, compared.deviation);
+    let report = PostReport { words, faults, notes, ..report };
+    Ok(Posted { text: written.text, report, is_as_meant })
+}
+
+fn report(
+    scene: &PostScene<'_>,
+    (cl_file, program): (ProgramStamp, ProgramStamp),
+    tools: Vec<PostedTool>,
+    deviation: PostDeviation,
+) -> PostReport {
+    PostReport {
+        format: POST_FORMAT,
+        cl_file,
+        program,
+        machine: scene.machine.name().to_owned(),
+        dialect: scene.post.dialect().name().to_owned(),
+        feed_mode: scene.post.feed_mode(),
+        checked_against_part: false,
+        tools,
+        deviation,
+        words: Vec::new(),
+        faults: Vec::new(),
+        notes: Vec::new(),
+        verifications: Vec::new(),
+    }
+}
+
+/// A tool's part with its blocks.
+struct MadePart<'a> {
+    tool: &'a PostTool<'a>,
+    moves: Vec<PathMove>,
+    blocks: ToolBlocks,
+}
+
+/// Difference of a measure in CUTTER from the tool's that is none, mm.
+const SAME_CUTTER: f64 = 0.005;
+
+impl<'a> MadePart<'a> {
+    fn new(
+        scene: &'a PostScene<'_>,
+        options: &PostOptions,
+        (part, name): (&ToolPart, &str),
+        notes: &mut Vec<PostNote>,
+        monitor: &dyn Monitor,
+    ) -> Result<Self, PostFault> {
+        let tool = scene.tool(part.tool, part.line)?;
+        check_tool(tool, part, notes);
+        let mut part = ToolPart { steps: part.steps.clone(), ..*part };
+        add_ends(&mut part, options, notes)?;
+        let moves: Vec<PathMove> =
+            part.steps.iter().filter_map(|step| if let Step::Move(m) = step { Some(*m) } else { None }).collect();
+        let measures = (tool.tool.gauge_length(), tool.tool.cutter().radius());
+        let found: Vec<Position> = positions(scene, measures, options, &moves, notes, monitor)?;
+        let mut blocks = blocks(scene, tool, &part, (&moves, &found), name)?;
+        if options.law_feeds {
+            lower_feeds(scene, measures.0, &mut blocks, notes)?;
+        }
+        Ok(Self { tool, moves, blocks })
+    }
+}
+
+/// Remarks on a tool that is not the file's.
+fn check_tool(tool: &PostTool<'_>, part: &ToolPart, notes: &mut Vec<PostNote>) {
+    let cutter = tool.tool.cutter();
+    if let Some((line, diameter, corner)) = part.cutter {
+        let own = (2.0 * cutter.radius(), cutter.corner_radius());
+        if (diameter - own.0).abs() > SAME_CUTTER || (corner - own.1).abs() > SAME_CUTTER {
+            notes.push(PostNote::at(
+                line,
+                format!(
+                    "ANOTHER CUTTER: CUTTER has diameter {diameter:.3} and corner radius {corner:.3} mm, the file of T{} \
+                     {:.3} and {:.3} mm",
+                    tool.tool.number(),
+                    own.0,
+                    own.1
+                ),
+            ));
+        }
+    }
+    let clockwise = tool.tool.spindle_rotation() == SpindleRotation::Clockwise;
+    if clockwise != part.spindle.clockwise {
+        let text = format!("the spindle turns against the sense in the file of T{}", tool.tool.number());
+        notes.push(PostNote::at(part.line, text));
+    }
+}
+
+/// Begins and ends a part away from the cut: a part that begins with one is refused without a
+/// retract, because the template goes to the first position at rapid rate.
+fn add_ends(part: &mut ToolPart, options: &PostOptions, notes: &mut Vec<PostNote>) -> Result<(), PostFault> {
+    let is_cut = |step: &Step| matches!(step, Step::Move(m) if m.feed.is_some());
+    let is_move = |step: &Step| matches!(step, Step::Move(_));
+    let above = |m: &PathMove, by: f64| {
+        let cl = m.cl.translated(m.cl.axis.into_inner() * by);
+        Step::Move(PathMove { cl, feed: None, is_point: false, is_chord: false, ..*m })
+    };
+    let first = part.steps.iter().position(is_move);
+    if let Some((at, Step::Move(m))) = first.map(|at| (at, &part.steps[at]))
+        && m.feed.is_some()
+    {
+        let Some(retract) = options.retract else {
+            let why = "the tool begins with a cut, and would come to it at rapid rate: put FROM or RAPID before it, or \
+                       permit a retract (--retract-mm), from which it comes along its axis";
+            return Err(PostFault::at(m.line, why));
+        };
+        notes.push(PostNote::at(m.line, format!("the tool comes to its first cut from {retract} mm along its axis")));
+        let step = above(m, retract);
+        part.steps.insert(at, step);
+    }
+    let last = part.steps.iter().rposition(is_move);
+    if let Some((at, Step::Move(m))) = last.filter(|at| is_cut(&part.steps[*at])).map(|at| (at, &part.steps[at])) {
+        match options.retract {
+            Some(retract) => {
+                notes.push(PostNote::at(m.line, format!("the tool leaves its last cut by {retract} mm along its axis")));
+                let step = above(m, retract);
+                part.steps.insert(at + 1, step);
+            }
+            None => notes.push(PostNote::at(
+                m.line,
+                "the tool ends in a cut: the axis along the spindle goes home from there; a retract (--retract-mm) lifts \
+                 it along its own axis before",
+            )),
+        }
+    }
+    Ok(())
+}
+
+fn posted_tools(
+    scene: &PostScene<'_>,
+    parts: &[ToolPart],
+    (made, times): (&[MadePart<'_>], &[[f64; 2]]),
+    (text, block_lines): (&str, &[Vec<u32>]),
+) -> Vec<PostedTool> {
+    let first_line = |k: usize| block_lines.get(k).and_then(|lines| lines.first()).copied();
+    let each = parts.iter().zip(made).zip(times).enumerate();
+    each.map(|(k, ((part, of), constant))| {
+        let is_inserted = |(_, position): &&(usize, Position)| !position.is_point;
+        let begin = if k == 0 { 0 } else { first_line(k).unwrap_or(0) };
+        let end = first_line(k + 1).unwrap_or(u32::MAX);
+        let timed = TimedText {
+            text: text.as_bytes(),
+            dialect: scene.post.dialect(),
+            control: &scene.post.rules().control_motion,
+            rapids: scene.post.rules().rtcp_rapids(),
+            block_lines: &[],
+            lines: begin..end,
+        };
+        let machine = scene.machine;
+        let tool_length = of.tool.tool.gauge_length();
+        let frame = word_frame(machine, &of.tool.words);
+        let at = MotionContext { machine, tool_length, words: &of.tool.words, frame, work_offset: None };
+        PostedTool {
+            number: of.tool.tool.number(),
+            name: of.tool.tool.name().to_owned(),
+            cl_line: part.line,
+            program_line: first_line(k).unwrap_or(1),
+            points: part.points,
+            repeated: of.blocks.repeated,
+            blocks: of.blocks.motions.len(),
+            inserted: of.blocks.motions.iter().filter(is_inserted).count(),
+            arcs: part.arcs,
+            lowered_feeds: of.blocks.lowered,
+            times: times_of_text(&[(machine, tool_length)], at, &timed, *constant),
+        }
+    })
+    .collect()
+}

@@ -1,0 +1,455 @@
+//! Statements of a file as steps of each tool, in the frame of the part.
+
+use facemill_cl_data::ClPoint;
+use facemill_cl_file::{AptCoolant, AptFile, AptMeaning, AptPoint, AptPointKind, AptStatement};
+use facemill_nc_program::{Coolant, SpindleSpec};
+use nalgebra::Isometry3;
+
+use crate::arcs;
+use crate::fault::PostFault;
+use crate::report::{PostNote, PostedWord};
+use crate::scene::{ARC_SHARE, PostOptions};
+use crate::statements::{Cycle, WordCounts, check_unknown, frame, free_text, is_operation, is_text, major_word};
+
+/// Content of a file, tool by tool.
+#[derive(Debug, Default)]
+pub(crate) struct FileSteps {
+    /// PARTNO.
+    pub(crate) name: Option<String>,
+    /// Parts with one tool each, in order; every one moves.
+    pub(crate) parts: Vec<ToolPart>,
+    /// Every word with its treatment.
+    pub(crate) words: Vec<PostedWord>,
+    /// Parts of the file that the program lacks.
+    pub(crate) faults: Vec<PostNote>,
+    /// Remarks.
+    pub(crate) notes: Vec<PostNote>,
+}
+
+/// Steps with one tool.
+#[derive(Debug)]
+pub(crate) struct ToolPart {
+    /// Number of LOADTL; `None` in a file without.
+    pub(crate) tool: Option<u32>,
+    /// Line at which it begins.
+    pub(crate) line: u32,
+    /// Diameter and corner radius of CUTTER, mm, with its line.
+    pub(crate) cutter: Option<(u32, f64, f64)>,
+    /// Speed and sense before the first step.
+    pub(crate) spindle: SpindleSpec,
+    /// Coolant before the first step.
+    pub(crate) coolant: Coolant,
+    /// In order.
+    pub(crate) steps: Vec<Step>,
+    /// Points of the file.
+    pub(crate) points: usize,
+    /// Arcs of the file.
+    pub(crate) arcs: usize,
+}
+
+/// One thing that happens.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Step {
+    Comment(String),
+    SpindleOn(SpindleSpec),
+    SpindleOff,
+    Coolant(Coolant),
+    /// s.
+    Dwell(f64),
+    Stop,
+    Move(PathMove),
+}
+
+/// A move of the tool.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct PathMove {
+    /// Line of its statement.
+    pub(crate) line: u32,
+    /// Its end, frame of the part.
+    pub(crate) cl: ClPoint,
+    /// Speed of the tip, mm/min; `None` of a rapid.
+    pub(crate) feed: Option<f64>,
+    /// Whether the file names its end.
+    pub(crate) is_point: bool,
+    /// Whether it is a chord of an arc.
+    pub(crate) is_chord: bool,
+}
+
+/// Returns the steps of a file.
+///
+/// # Errors
+/// With the line: a frame, arc or feed that is none, a cut with the spindle off, a word that moves
+/// tool or part in a way that is not followed.
+pub(crate) fn steps(file: &AptFile, options: &PostOptions) -> Result<FileSteps, PostFault> {
+    let mut reader = StepReader::new(file, options);
+    for (index, statement) in file.statements.iter().enumerate() {
+        reader.counts.count(statement);
+        reader.statement(index, statement)?;
+    }
+    reader.finish()
+}
+
+struct StepReader<'a> {
+    file: &'a AptFile,
+    options: &'a PostOptions,
+    counts: WordCounts,
+    out: FileSteps,
+    /// The part being read.
+    part: OpenPart,
+    /// mm per unit.
+    unit: f64,
+    frame: Isometry3<f64>,
+    /// Pose of the tool, frame of the part.
+    at: Option<ClPoint>,
+    spindle: Option<SpindleSpec>,
+    spindle_is_on: bool,
+    coolant: Coolant,
+    cycle: Option<Cycle>,
+    /// Text of the first MSYS.
+    system: Option<String>,
+    is_ended: bool,
+}
+
+/// A part whose speeds are not all known yet.
+#[derive(Debug, Default)]
+struct OpenPart {
+    tool: Option<u32>,
+    line: u32,
+    spindle: Option<SpindleSpec>,
+    coolant: Option<Coolant>,
+    steps: Vec<Step>,
+    points: usize,
+    arcs: usize,
+    has_moved: bool,
+}
+
+impl<'a> StepReader<'a> {
+    fn new(file: &'a AptFile, options: &'a PostOptions) -> Self {
+        Self {
+            file,
+            options,
+            counts: WordCounts::default(),
+            out: FileSteps::default(),
+            part: OpenPart { line: 1, ..OpenPart::default() },
+            unit: 1.0,
+            frame: Isometry3::identity(),
+            at: None,
+            spindle: None,
+            spindle_is_on: false,
+            coolant: Coolant::Off,
+            cycle: None,
+            system: None,
+            is_ended: false,
+        }
+    }
+
+    fn statement(&mut self, index: usize, statement: &AptStatement) -> Result<(), PostFault> {
+        let line = statement.line;
+        match &statement.meaning {
+            AptMeaning::PartName(name) if !name.is_empty() => self.out.name = Some(name.clone()),
+            AptMeaning::Comment | AptMeaning::Auxiliary => self.comment(statement),
+            AptMeaning::Unit(unit) => self.unit = *unit,
+            AptMeaning::Tool(number) => self.tool(*number, line)?,
+            AptMeaning::Spindle { rpm, clockwise } => {
+                self.spindle_on(SpindleSpec { rpm: *rpm, clockwise: *clockwise });
+            }
+            AptMeaning::SpindleOn => match self.spindle {
+                Some(spindle) => self.spindle_on(spindle),
+                None => return Err(PostFault::at(line, "SPINDL/ON: no speed was given before")),
+            },
+            AptMeaning::SpindleOff => {
+                self.spindle_is_on = false;
+                self.part.push_behind_a_move(Step::SpindleOff);
+            }
+            AptMeaning::Coolant(coolant) => self.coolant(*coolant, line),
+            AptMeaning::Dwell(Some(seconds)) => {
+                if !(0.0..=MAX_DWELL).contains(seconds) {
+                    return Err(PostFault::at(line, format!("DELAY of {seconds} s: it must be from 0 to {MAX_DWELL}")));
+                }
+                self.part.steps.push(Step::Dwell(*seconds));
+            }
+            AptMeaning::Dwell(None) => self.note(line, "DELAY in revolutions, or without a time, is not written"),
+            AptMeaning::Stop { optional: false } => self.part.push_behind_a_move(Step::Stop),
+            AptMeaning::Stop { optional: true } => self.note(line, "OPSTOP is not written"),
+            AptMeaning::Frame(Some(rows)) => self.frame = frame(rows, line)?,
+            AptMeaning::RadiusCompensation(true) => self.note(
+                line,
+                "CUTCOM is not written: points are programmed as given, and the control does not offset the tool",
+            ),
+            AptMeaning::Setup(true) => {
+                self.note(line, "SETUP begins: no stop is written, and the part stays as it is mounted");
+            }
+            AptMeaning::Cycle(is_on) => self.cycle(*is_on, statement),
+            AptMeaning::Point(point) => self.point(index, &self.file.points[*point])?,
+            AptMeaning::End => self.is_ended = true,
+            AptMeaning::Unknown => self.unknown(statement)?,
+            _ => {}
+        }
+        Ok(())
+    }
+
+    fn comment(&mut self, statement: &AptStatement) {
+        let word = major_word(&statement.text);
+        let text = free_text(&statement.text);
+        // NX begins an operation with TOOL PATH/NAME.
+        if (is_text(&word) || is_operation(&word, text)) && !text.is_empty() {
+            self.part.steps.push(Step::Comment(text.to_owned()));
+        }
+    }
+
+    fn tool(&mut self, number: u32, line: u32) -> Result<(), PostFault> {
+        if self.part.tool == Some(number) {
+            return Ok(());
+        }
+        if self.part.has_moved {
+            let comments = self.part.comments_at_end();
+            self.end_part()?;
+            self.part = OpenPart { steps: comments, ..OpenPart::default() };
+            // The tool comes from the changer.
+            self.at = None;
+            self.spindle_is_on = false;
+        }
+        (self.part.tool, self.part.line) = (Some(number), line);
+        Ok(())
+    }
+
+    fn spindle_on(&mut self, spindle: SpindleSpec) {
+        let is_new = self.spindle != Some(spindle) || !self.spindle_is_on;
+        (self.spindle, self.spindle_is_on) = (Some(spindle), true);
+        if self.part.spindle.is_none() {
+            self.part.spindle = Some(spindle);
+        } else if is_new {
+            if self.part.has_moved {
+                self.part.steps.push(Step::SpindleOn(spindle));
+            } else {
+                self.part.spindle = Some(spindle);
+            }
+        }
+    }
+
+    fn coolant(&mut self, coolant: AptCoolant, line: u32) {
+        let coolant = match coolant {
+            AptCoolant::Off => Coolant::Off,
+            AptCoolant::Mist => Coolant::Mist,
+            AptCoolant::Flood => Coolant::Flood,
+            _ => {
+                self.note(line, "this kind of coolant is written as flood");
+                Coolant::Flood
+            }
+        };
+        if coolant != self.coolant {
+            self.coolant = coolant;
+            self.part.push_behind_a_move(Step::Coolant(coolant));
+        }
+    }
+
+    fn cycle(&mut self, is_on: bool, statement: &AptStatement) {
+        self.end_cycle();
+        if is_on && !free_text(&statement.text).to_ascii_uppercase().starts_with("INIT") {
+            self.cycle = Some(Cycle::new(statement, self.unit));
+        }
+    }
+
+    fn end_cycle(&mut self) {
+        let Some(cycle) = self.cycle.take().filter(|cycle| cycle.places > 0) else { return };
+        let text = format!("{} is not written: {} places are passed {} mm above", cycle.text, cycle.places, cycle.lift);
+        self.out.faults.push(PostNote::at(cycle.line, text));
+    }
+
+    fn unknown(&mut self, statement: &AptStatement) -> Result<(), PostFault> {
+        check_unknown(statement)?;
+        if major_word(&statement.text) != "MSYS" {
+            return Ok(());
+        }
+        let text = free_text(&statement.text).split_whitespace().collect::<String>();
+        if self.system.get_or_insert_with(|| text.clone()) != &text {
+            let why = "MSYS differs from the one before: points of several systems are not brought into one; post \
+                       operations of one system alone";
+            return Err(PostFault::at(statement.line, why));
+        }
+        Ok(())
+    }
+
+    fn point(&mut self, index: usize, point: &AptPoint) -> Result<(), PostFault> {
+        if self.is_ended {
+            return Err(PostFault::at(point.line, "the tool moves behind FINI"));
+        }
+        let cl = point.cl.transformed(&self.frame);
+        if cl.tip.coords.amax() > FARTHEST {
+            return Err(PostFault::at(point.line, format!("a coordinate is beyond {FARTHEST} mm")));
+        }
+        self.part.points += 1;
+        if !self.part.has_moved {
+            self.part.coolant = Some(self.coolant);
+            self.part.has_moved = true;
+        }
+        let to = |cl: ClPoint, feed: Option<f64>, is_point: bool| {
+            Step::Move(PathMove { line: point.line, cl, feed, is_point, is_chord: false })
+        };
+        match point.kind {
+            AptPointKind::Start => {
+                if self.at.is_some() {
+                    self.note(point.line, "FROM behind other moves is written as a move at rapid rate");
+                }
+                self.part.steps.push(to(cl, None, true));
+            }
+            AptPointKind::Rapid if self.cycle.is_none() => self.part.steps.push(to(cl, None, true)),
+            // Some systems write RAPID before each place.
+            AptPointKind::Cycle | AptPointKind::Rapid => {
+                let Some(cycle) = &mut self.cycle else {
+                    return Err(PostFault::at(point.line, "a place of a cycle that was not described"));
+                };
+                if cycle.lift <= 0.0 {
+                    let why = "the cycle says no height above its places (RAPTO, RTRCTO or CLEAR), and is not written: \
+                               the tool cannot pass there";
+                    return Err(PostFault::at(cycle.line, why));
+                }
+                if cycle.places == 0 {
+                    self.part.steps.push(Step::Comment(format!("NOT WRITTEN: {}", cycle.text)));
+                }
+                cycle.places += 1;
+                let lifted = cl.translated(cl.axis.into_inner() * cycle.lift);
+                self.part.steps.push(to(lifted, None, false));
+                self.at = Some(lifted);
+                return Ok(());
+            }
+            AptPointKind::Linear | AptPointKind::Arc => {
+                let feed = self.feed(point)?;
+                if point.kind == AptPointKind::Arc {
+                    self.arc(index, point, (cl, feed))?;
+                } else {
+                    self.part.steps.push(to(cl, Some(feed), true));
+                }
+            }
+            _ => return Err(PostFault::at(point.line, "this kind of move is not known")),
+        }
+        self.at = Some(cl);
+        Ok(())
+    }
+
+    /// Feed of a cut; the spindle has to turn, as with the tool before if nothing else is said.
+    fn feed(&mut self, point: &AptPoint) -> Result<f64, PostFault> {
+        match (self.part.spindle, self.spindle) {
+            (None, None) => {
+                let why = "the tool cuts, and no SPINDL gives the speed of the spindle";
+                return Err(PostFault::at(point.line, why));
+            }
+            (None, Some(before)) => {
+                let text = "the tool cuts without a SPINDL of its own: the spindle turns as with the tool before";
+                self.note(point.line, text);
+                (self.part.spindle, self.spindle_is_on) = (Some(before), true);
+            }
+            (Some(_), _) if !self.spindle_is_on => {
+                return Err(PostFault::at(point.line, "the tool cuts with the spindle off"));
+            }
+            (Some(_), _) => {}
+        }
+        match point.feed {
+            None => Err(PostFault::at(point.line, "the tool cuts, and no FEDRAT was given before")),
+            Some(feed) if feed > 0.0 && feed.is_finite() => Ok(feed),
+            Some(feed) => Err(PostFault::at(point.line, format!("its feed is {feed} mm/min; it must be above 0"))),
+        }
+    }
+
+    fn arc(&mut self, index: usize, point: &AptPoint, (cl, feed): (ClPoint, f64)) -> Result<(), PostFault> {
+        let arc = point.arc.and_then(|k| self.file.arcs.get(k as usize));
+        let Some((arc, from)) = arc.zip(self.at) else {
+            let before = index.checked_sub(1).and_then(|k| self.file.statements.get(k));
+            let why = "the arc needs a point before it, and its centre and axis as six numbers";
+            return Err(PostFault::at(before.map_or(point.line, |s| s.line), why));
+        };
+        let arc = arcs::moved(arc, &self.frame);
+        let chords = arcs::chords(&from, &cl, &arc, ARC_SHARE * self.options.tolerance);
+        let chords = chords.map_err(|why| PostFault::at(point.line, why))?;
+        self.part.arcs += 1;
+        let last = chords.len() - 1;
+        let moves = chords.into_iter().enumerate().map(|(k, cl)| {
+            Step::Move(PathMove { line: point.line, cl, feed: Some(feed), is_point: k == last, is_chord: true })
+        });
+        self.part.steps.extend(moves);
+        Ok(())
+    }
+
+    fn note(&mut self, line: u32, text: &str) {
+        // One note for each kind, with its first line.
+        match self.out.notes.iter().any(|note| note.text == text) {
+            true => {}
+            false => self.out.notes.push(PostNote::at(line, text)),
+        }
+    }
+
+    fn end_part(&mut self) -> Result<(), PostFault> {
+        self.end_cycle();
+        let mut part = std::mem::take(&mut self.part);
+        // The template ends with both off.
+        let is_off = |step: &Step| matches!(step, Step::SpindleOff | Step::Coolant(Coolant::Off));
+        while part.steps.last().is_some_and(is_off) {
+            part.steps.pop();
+        }
+        let first = part.steps.iter().find_map(|s| if let Step::Move(m) = s { Some(m.line) } else { None });
+        let line = first.unwrap_or(part.line);
+        let spindle = part
+            .spindle
+            .or(self.spindle)
+            .ok_or_else(|| PostFault::at(line, "the tool moves, and no SPINDL gives the speed of the spindle"))?;
+        self.out.parts.push(ToolPart {
+            tool: part.tool,
+            line: part.line,
+            cutter: self.cutter_before(line),
+            spindle,
+            coolant: part.coolant.unwrap_or(self.coolant),
+            steps: part.steps,
+            points: part.points,
+            arcs: part.arcs,
+        });
+        Ok(())
+    }
+
+    /// The last CUTTER before a line.
+    fn cutter_before(&self, line: u32) -> Option<(u32, f64, f64)> {
+        let before = self.file.statements.iter().take_while(|s| s.line < line);
+        before.fold(None, |last, s| match s.meaning {
+            AptMeaning::Cutter { diameter, corner_radius } => Some((s.line, diameter, corner_radius)),
+            _ => last,
+        })
+    }
+
+    fn finish(mut self) -> Result<FileSteps, PostFault> {
+        if self.part.has_moved {
+            self.end_part()?;
+        }
+        if self.out.parts.is_empty() {
+            return Err(PostFault::Whole("no statement moves the tool (GOTO, FROM, GODLTA)".to_owned()));
+        }
+        if !self.file.statements.iter().any(|s| matches!(s.meaning, AptMeaning::Unit(_))) {
+            self.out.notes.push(PostNote::whole("UNITS is missing: lengths are taken as mm"));
+        }
+        if !self.is_ended {
+            self.out.notes.push(PostNote::whole("FINI is missing: the file may be cut off"));
+        }
+        self.out.words = self.counts.words;
+        Ok(self.out)
+    }
+}
+
+/// Longest dwell, s: an hour.
+const MAX_DWELL: f64 = 3600.0;
+
+/// Largest coordinate of a tip, mm: as for all lengths in jobs.
+const FARTHEST: f64 = facemill_job::validate::FARTHEST;
+
+impl OpenPart {
+    /// Appends a step that does not matter before the first move, where the header says it.
+    fn push_behind_a_move(&mut self, step: Step) {
+        if self.has_moved {
+            self.steps.push(step);
+        }
+    }
+
+    /// Takes the comments behind the last move: they are of the next tool.
+    fn comments_at_end(&mut self) -> Vec<Step> {
+        let is_comment = |step: &Step| matches!(step, Step::Comment(_));
+        let keep = self.steps.iter().rposition(|s| !is_comment(s)).map_or(0, |k| k + 1);
+        self.steps.split_off(keep)
+    }
+}

@@ -1,0 +1,121 @@
+//! The interpreter of LinuxCNC (program `rs274` of the Debian package `linuxcnc-uspace`) goes
+//! where the file says.
+//!
+//! Skipped, with a message, where neither the environment variable `FACEMILL_RS274` nor the search
+//! path has it.
+
+use std::path::PathBuf;
+use std::process::Command;
+
+use facemill_cl_data::ClPoint;
+use facemill_cl_file::{AptMeaning, AptPointKind, read_apt};
+use facemill_cl_post::PostOptions;
+use facemill_inverse_kinematics::{AxisKind, AxisValues};
+use facemill_nc_program::Dialect;
+use facemill_test_kit::{Random, SHARED_NC};
+
+use crate::kit::*;
+use crate::shared_files::frame_of;
+
+fn interpreter() -> Option<PathBuf> {
+    let own = std::env::var_os("FACEMILL_RS274").map(PathBuf::from);
+    let paths = std::env::var_os("PATH").unwrap_or_default();
+    let found = own.or_else(|| std::env::split_paths(&paths).map(|p| p.join("rs274")).find(|p| p.is_file()));
+    if found.is_none() {
+        eprintln!(
+            "SKIPPED: no rs274; install the Debian package linuxcnc-uspace, or set FACEMILL_RS274 to its program"
+        );
+    }
+    found
+}
+
+/// Ends of all straight moves that the interpreter makes of a program: X, Y, Z, A, B, C.
+fn interpreted(rs274: &PathBuf, text: &str, (name, tools): (&str, &[u32])) -> Vec<[f64; 6]> {
+    let folder = std::env::temp_dir().join(format!("facemill-post-rs274-{}-{name}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    let table: String = tools.iter().map(|n| format!("T{n} P{n} Z{LENGTH} D20 ;mill\n")).collect();
+    std::fs::write(folder.join("tool.tbl"), table).unwrap();
+    std::fs::write(folder.join("program.ngc"), text).unwrap();
+    let output = Command::new(rs274)
+        .args(["-t", "tool.tbl", "-g", "program.ngc"])
+        .current_dir(&folder)
+        // It keeps the tool table in a file there, which two runs at once would share.
+        .env("HOME", &folder)
+        .output()
+        .unwrap_or_else(|e| panic!("{}: {e}", rs274.display()));
+    std::fs::remove_dir_all(&folder).unwrap();
+    let printed = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(output.status.success() && printed.contains("PROGRAM_END"), "{}", String::from_utf8_lossy(&output.stderr));
+    let ends = printed.lines().filter_map(|line| {
+        let rest = line.split_once("STRAIGHT_TRAVERSE(").or_else(|| line.split_once("STRAIGHT_FEED("))?.1;
+        let values: Vec<f64> = rest.trim_end_matches(')').split(',').filter_map(|v| v.trim().parse().ok()).collect();
+        values.get(..6)?.try_into().ok()
+    });
+    ends.collect()
+}
+
+#[test]
+fn its_interpreter_brings_the_tool_to_every_pose_on_three_machines() {
+    let Some(rs274) = interpreter() else { return };
+    for (k, name) in MACHINES.iter().enumerate() {
+        let stage = Stage::control(name, Dialect::LinuxCnc, None);
+        let poses = random_walk(&mut Random(800 + k as u64), 300);
+        let posted = stage.post(&file_of(&poses, ("MM", 1.0)));
+        assert!(posted.report.is_clean(), "{name}: {:?}", posted.report.faults);
+        let cls = poses_of(&stage, &interpreted(&rs274, &posted.text, (name, &[7])));
+        let mut at = 0;
+        for (k, pose) in poses.iter().enumerate() {
+            let is_it = |cl: &ClPoint| (cl.tip - pose.cl.tip).norm() < 0.02 && angle(&cl.axis, &pose.cl.axis) < 5e-5;
+            let found = cls[at..].iter().position(is_it);
+            at += found.unwrap_or_else(|| panic!("{name}: pose {k} is not reached behind move {at}"));
+        }
+    }
+}
+
+/// Tip and axis at each end, in the frame of the file.
+fn poses_of(stage: &Stage, ends: &[[f64; 6]]) -> Vec<ClPoint> {
+    let along = stage.machine.length_compensation_travel().unwrap();
+    let axes = stage.machine.axes();
+    let pose = |end: &[f64; 6]| {
+        let q = AxisValues::from_fn(axes.len(), |k| {
+            let value = end["XYZABC".find(axes[k].letter.as_str()).unwrap()];
+            match axes[k].kind {
+                AxisKind::Linear => value + along[k] * LENGTH,
+                AxisKind::Rotary => value.to_radians(),
+            }
+        });
+        stage.machine.cl_point(&q, LENGTH).transformed(&stage.table_from_work.inverse())
+    };
+    ends.iter().map(pose).collect()
+}
+
+/// A file of a CAM system with fourteen tool calls and frames: the interpreter takes all of its
+/// changes, and the tip comes to every point but those of cycles.
+#[test]
+fn its_interpreter_takes_a_published_file_with_several_tools() {
+    let Some(rs274) = interpreter() else { return };
+    let path = std::path::Path::new(SHARED_NC).join("aamorim_manufacture3-top.apt");
+    let Ok(text) = std::fs::read_to_string(&path) else {
+        eprintln!("SKIPPED: {} is not there", path.display());
+        return;
+    };
+    let file = read_apt(&text).unwrap();
+    let mut numbers: Vec<u32> = file
+        .statements
+        .iter()
+        .filter_map(|s| if let AptMeaning::Tool(n) = s.meaning { Some(n) } else { None })
+        .collect();
+    numbers.sort_unstable();
+    numbers.dedup();
+    let mut stage = Stage::control("bridge-head-head-a-b", Dialect::LinuxCnc, None);
+    stage.tools = numbers.iter().map(|number| tool(*number, LENGTH)).collect();
+    let options = PostOptions { retract: Some(5.0), ..PostOptions::new("several") };
+    let posted = stage.post_with(&text, &options).unwrap_or_else(|e| panic!("{e}"));
+    let cls = poses_of(&stage, &interpreted(&rs274, &posted.text, ("several", &numbers)));
+    let mut at = 0;
+    for point in file.points.iter().filter(|p| p.kind != AptPointKind::Cycle) {
+        let tip = frame_of(&file, point.frame).transform_point(&point.cl.tip);
+        let found = cls[at..].iter().position(|cl| (cl.tip - tip).norm() < 0.01);
+        at += found.unwrap_or_else(|| panic!("line {} is not reached behind move {at}", point.line));
+    }
+}

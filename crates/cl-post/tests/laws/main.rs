@@ -1,0 +1,11 @@
+//! Laws of posted CL files.
+
+mod arcs;
+mod kit;
+mod linuxcnc_interpreter;
+mod paths;
+mod refused;
+mod shared_files;
+mod statements;
+mod tools;
+mod turns;

@@ -1,0 +1,110 @@
+//! Files and settings that are refused, with the line.
+
+use facemill_cl_post::{PostOptions, post_on};
+use facemill_nc_program::FeedMode;
+use facemill_nc_program::dialect::{Orientation, PostFile};
+
+use crate::kit::*;
+
+#[test]
+fn faults_name_the_line_and_what_to_do() {
+    let stage = Stage::fanuc("head-b-table-c", 3);
+    for (text, expected) in [
+        ("PARTNO/1\nFINI\n".to_owned(), "no statement moves the tool"),
+        ("LOADTL/7\nRAPID\nGOTO/0,0,60\n".to_owned(), "line 3: the tool moves, and no SPINDL gives the speed"),
+        ("RAPID\nGOTO/0,0,60\nFEDRAT/5\nGOTO/0,0,50\n".to_owned(), "line 4: the tool cuts, and no SPINDL"),
+        (HEAD.replace("FEDRAT/600,MMPM\n", "") + "GOTO/0,0,50\n", "line 7: the tool cuts, and no FEDRAT was given"),
+        (HEAD.replace("600", "0") + "GOTO/0,0,50\n", "line 8: its feed is 0 mm/min; it must be above 0"),
+        (HEAD.replace("600", "-5") + "GOTO/0,0,50\n", "line 8: its feed is -5 mm/min; it must be above 0"),
+        (format!("{HEAD}SPINDL/OFF\nGOTO/0,0,50\n"), "line 9: the tool cuts with the spindle off"),
+        (format!("{HEAD}GOTO/0,0,5000\n"), "line 8: the machine does not reach it"),
+        (format!("{HEAD}GOTO/0,0,50,0,0,-1\n"), "line 8: the machine does not reach it"),
+        (format!("{HEAD}GOTO/1e7,0,5\n"), "line 8: a coordinate is beyond 1000000 mm"),
+        (format!("{HEAD}TRACUT/M1\nGOTO/0,0,50\n"), "line 8: TRACUT is not followed"),
+        (format!("{HEAD}GOHOME\n"), "line 8: GOHOME is not followed"),
+        (format!("{HEAD}CSYS/FIXTURE\n"), "line 8: CSYS is not followed"),
+        (format!("{HEAD}CSYS/1,0,0,0,0,1,0,0,0,0,2,0\n"), "line 8: CSYS: its directions are not unit vectors"),
+        (format!("{HEAD}CSYS/1,0,0,0,0,1,0,0,0,0,-1,0\n"), "line 8: CSYS: its directions are not unit vectors"),
+        (format!("MSYS/0,0,0,1,0,0,0,1,0\n{HEAD}MSYS/5,0,0,1,0,0,0,1,0\n"), "line 9: MSYS differs"),
+        (format!("{HEAD}DELAY/-1\n"), "line 8: DELAY of -1 s"),
+        (format!("{HEAD}FINI\nGOTO/0,0,50\n"), "line 9: the tool moves behind FINI"),
+    ] {
+        let why = stage.refused(&text);
+        assert!(why.starts_with(expected), "{why}\nexpected {expected}\n{text}");
+    }
+    assert!(stage.post(&format!("MSYS/0,0,0,1,0,0,0,1,0\n{HEAD}MSYS/0,0,0, 1,0,0,0,1,0\nFINI")).report.is_clean());
+}
+
+#[test]
+fn settings_are_checked() {
+    let stage = Stage::fanuc("head-b-table-c", 3);
+    let with = |options: PostOptions| stage.post_with(HEAD, &options).unwrap_err().to_string();
+    for bad in [0.0, -1.0, f64::NAN, f64::INFINITY, 5.0] {
+        assert!(with(PostOptions { tolerance: bad, ..PostOptions::new("t") }).contains("the tolerance is"));
+        assert!(
+            with(PostOptions { rapid_tolerance: Some(bad), ..PostOptions::new("t") }).contains("tolerance of rapids")
+        );
+    }
+    for bad in [0.0, -1.0, f64::NAN, 1e9] {
+        assert!(with(PostOptions { retract: Some(bad), ..PostOptions::new("t") }).contains("the retract is"));
+    }
+    let rtcp = PostFile { feed_mode: FeedMode::Rtcp, ..PostFile::default() };
+    let why = post_on(&stage.machine, &rtcp.settings(None).unwrap()).unwrap_err().to_string();
+    assert!(why.contains("motion.cutting"), "{why}");
+    let dialect = facemill_nc_program::Dialect::Siemens840d;
+    let vectors = PostFile { dialect, orientation: Orientation::Vectors, ..rtcp };
+    let turned = machine("head-b-table-c", Some("tip_and_rotaries_linear"));
+    if let Ok(settings) = vectors.settings(None) {
+        assert!(post_on(&turned, &settings).unwrap_err().to_string().contains("rotary words"));
+    }
+}
+
+/// Text of random statements is posted or refused, and never panics.
+#[test]
+fn no_file_makes_it_panic() {
+    let stage = Stage::fanuc("head-b-table-c", 3);
+    let mut random = facemill_test_kit::Random(77);
+    let statements = [
+        "GOTO/1,2,30",
+        "GOTO/1,2,30,0,0,1",
+        "GOTO/5,5,25,0.3,0.1,1",
+        "GOTO/5,5,25,-0.3,0.1,0.2",
+        "GODLTA/0,0,1",
+        "FROM/0,0,60",
+        "RAPID",
+        "FEDRAT/100,MMPM",
+        "FEDRAT/0.1,MMPR",
+        "SPINDL/100",
+        "SPINDL/OFF",
+        "SPINDL/ON",
+        "LOADTL/7",
+        "CIRCLE/0,0,20,0,0,1,5",
+        "CIRCLE/5,0,25,0,1,0",
+        "CYCLE/DRILL,RAPTO,3",
+        "CYCLE/OFF",
+        "MULTAX/OFF",
+        "UNITS/INCHES",
+        "CSYS/0,-1,0,4,1,0,0,5,0,0,1,6",
+        "COOLNT/THRU",
+        "STOP",
+        "FINI",
+        "PPRINT/",
+        "DELAY/1",
+        "TLAXIS/0.1,0,1",
+    ];
+    let mut n_posted = 0;
+    for _ in 0..400 {
+        let n = random.below(30);
+        let text: String = (0..n).map(|_| format!("{}\n", statements[random.below(statements.len())])).collect();
+        let text = format!("{HEAD}{text}");
+        let options = PostOptions { retract: Some(5.0), ..PostOptions::new("test") };
+        if facemill_cl_file::read_apt(&text).is_err() {
+            continue;
+        }
+        if let Ok(posted) = stage.post_with(&text, &options) {
+            assert!(posted.is_as_meant, "{:?}\n{text}", posted.report.faults);
+            n_posted += 1;
+        }
+    }
+    assert!(n_posted > 30, "{n_posted}");
+}

@@ -1,0 +1,182 @@
+//! Treatment of each statement.
+
+use facemill_cl_post::{PostOptions, Treatment};
+use nalgebra::Vector3;
+
+use crate::kit::*;
+
+#[test]
+fn each_word_is_written_applied_or_listed() {
+    let stage = Stage::fanuc("head-b-table-c", 3);
+    let text = "$$ from a system\nPARTNO/BLADE 7\nUNITS/MM\nMULTAX/ON\nTOOL PATH/FINISH,TOOL,MILL\nCUTTER/20,1\nLOADTL/7\n\
+                SPINDL/3000,RPM,CLW\nCOOLNT/MIST\nPPRINT/OP 10\nRAPID\nGOTO/0,0,60\nFEDRAT/500,MMPM\nGOTO/0,0,50\n\
+                DELAY/1.5\nSPINDL/2000,RPM,CLW\nCOOLNT/OFF\nGOTO/5,0,50\nSTOP\nOPSTOP\nCUTCOM/LEFT\nSTRANGE/1,2\n\
+                GOTO/10,0,50\nSPINDL/OFF\nRAPID\nGOTO/10,0,60\nFINI\n";
+    let posted = stage.post(text);
+    assert!(posted.report.is_clean(), "{:?}", posted.report.faults);
+    let body: Vec<&str> = posted.text.lines().map(|l| l.split_once(' ').map_or(l, |(_, rest)| rest)).collect();
+    let at = |word: &str| {
+        let found = posted.text.lines().position(|line| line.contains(word));
+        found.unwrap_or_else(|| panic!("{word}: {}", posted.text))
+    };
+    let order =
+        ["BLADE 7", "S3000 M3", "M7", "FINISH", "OP 10", "Z1350.", "G4 P", "S2000 M3", "M9", "X5.", "M0", "X10."];
+    for pair in order.windows(2) {
+        assert!(at(pair[0]) < at(pair[1]), "{pair:?}: {}", posted.text);
+    }
+    assert!(body.iter().filter(|line| **line == "M5").count() == 2, "{}", posted.text);
+    let treatment = |word: &str| posted.report.words.iter().find(|w| w.word == word).unwrap().treatment;
+    for (word, expected) in [
+        ("$$", Treatment::NoEffect),
+        ("PARTNO", Treatment::Written),
+        ("UNITS", Treatment::Applied),
+        ("TOOL", Treatment::AsComment),
+        ("CUTTER", Treatment::Applied),
+        ("PPRINT", Treatment::AsComment),
+        ("DELAY", Treatment::Written),
+        ("OPSTOP", Treatment::NotWritten),
+        ("CUTCOM", Treatment::NotWritten),
+        ("STRANGE", Treatment::Unknown),
+        ("GOTO", Treatment::Written),
+    ] {
+        assert_eq!(treatment(word), expected, "{word}");
+    }
+    let n_statements: usize = posted.report.words.iter().map(|w| w.count).sum();
+    assert_eq!(n_statements, text.lines().count());
+    let notes: Vec<String> = posted.report.notes.iter().map(|n| format!("{:?} {}", n.line, n.text)).collect();
+    assert!(notes.iter().any(|n| n.starts_with("Some(20) OPSTOP")), "{notes:?}");
+    assert!(notes.iter().any(|n| n.starts_with("Some(21) CUTCOM")), "{notes:?}");
+    assert!(posted.report.summary().contains("NOT CHECKED AGAINST A PART"));
+}
+
+/// Where a point gives no axis, the last one counts; MULTAX/OFF and TLAXIS set it.
+#[test]
+fn an_axis_is_carried_until_another_is_said() {
+    let stage = Stage::fanuc("head-b-table-c", 4);
+    let text = format!(
+        "{HEAD}GOTO/0,0,50,0.3,0,1\nGOTO/5,0,50\nTLAXIS/0,0.2,1\nGOTO/6,0,50\nMULTAX/OFF\nGOTO/7,0,50\nRAPID\n\
+         GOTO/7,0,60\nFINI"
+    );
+    let reached = stage.reached(&stage.post(&text).text);
+    for (x, axis) in [(5.0, Vector3::new(0.3, 0.0, 1.0)), (6.0, Vector3::new(0.0, 0.2, 1.0)), (7.0, Vector3::z())] {
+        let there = reached.iter().find(|r| (r.cl.tip.x - x).abs() < 1e-3).expect("the point");
+        assert!(angle(&there.cl.axis, &nalgebra::Unit::new_normalize(axis)) < 1e-5, "{x}");
+    }
+}
+
+/// CSYS gives the frame of the points behind it: tip and axis turn with it.
+#[test]
+fn points_of_a_frame_are_brought_into_that_of_the_part() {
+    let stage = Stage::fanuc("table-table-a-c", 4);
+    // x of the frame is −z of the part, z of the frame is x of the part.
+    let text =
+        format!("{HEAD}CSYS/0,0,1,40,0,1,0,0,-1,0,0,30\nRAPID\nGOTO/0,0,10\nGOTO/-5,0,2\nRAPID\nGOTO/0,0,60\nFINI");
+    let reached = stage.reached(&stage.post(&text).text);
+    let there = reached.iter().find(|r| !r.is_rapid).expect("a cut");
+    assert!((there.cl.tip - nalgebra::Point3::new(42.0, 0.0, 35.0)).norm() < 1e-3, "{}", there.cl.tip);
+    assert!(angle(&there.cl.axis, &Vector3::x_axis()) < 1e-5);
+}
+
+/// The places of a cycle are passed above, and the program says that nothing is done there.
+#[test]
+fn a_cycle_is_reported_and_its_places_are_passed_above() {
+    let stage = Stage::fanuc("head-b-table-c", 3);
+    let text = format!(
+        "{HEAD}CYCLE/INIT\nCYCLE/DRILL,FEDTO,10.,MMPM,275.59,RAPTO,3.,RTRCTO,25.\nGOTO/0,0,20,0.2,0,1\nGOTO/10,0,20\n\
+         CYCLE/OFF\nRAPID\nGOTO/10,0,60\nFINI"
+    );
+    let posted = stage.post(&text);
+    assert!(posted.is_as_meant && !posted.report.is_clean());
+    let faults: Vec<(Option<u32>, &str)> = posted.report.faults.iter().map(|f| (f.line, f.text.as_str())).collect();
+    assert!(faults.len() == 1 && faults[0].0 == Some(9) && faults[0].1.contains("2 places are passed 25 mm above"));
+    assert!(posted.text.contains("(NOT WRITTEN: CYCLE/DRILL"), "{}", posted.text);
+    for r in stage.reached(&posted.text) {
+        assert!(r.is_rapid && r.cl.tip.z >= 20.0 + 24.0, "{}", r.cl.tip);
+    }
+    let at_rapid = text.replace("GOTO/10,0,20\n", "RAPID\nGOTO/10,0,20\n");
+    assert!(stage.reached(&stage.post(&at_rapid).text).iter().all(|r| r.cl.tip.z >= 20.0 + 24.0));
+    let low = text.replace(",RAPTO,3.,RTRCTO,25.", "");
+    assert!(stage.refused(&low).starts_with("line 9: the cycle says no height above its places"));
+}
+
+#[test]
+fn a_file_that_begins_or_ends_in_a_cut_needs_a_retract() {
+    let stage = Stage::fanuc("head-b-table-c", 3);
+    let text = "LOADTL/7\nSPINDL/3000,RPM,CLW\nMULTAX/ON\nFEDRAT/600,MMPM\nGOTO/0,0,50,0.3,0,1\nGOTO/5,0,50\nFINI";
+    assert!(stage.refused(text).starts_with("line 5: the tool begins with a cut, and would come to it at rapid rate"));
+    let options = PostOptions { retract: Some(20.0), ..PostOptions::new("test") };
+    let posted = stage.post_with(text, &options).unwrap();
+    let reached = stage.reached(&posted.text);
+    for (end, cut) in [(&reached[0], &reached[1]), (&reached[reached.len() - 1], &reached[reached.len() - 2])] {
+        assert!(end.is_rapid && ((end.cl.tip - cut.cl.tip).norm() - 20.0).abs() < 2e-3);
+        let way = (end.cl.tip - cut.cl.tip).normalize();
+        assert!(way.dot(&cut.cl.axis) > 1.0 - 1e-6);
+    }
+    let begun = text.replace("FEDRAT/600", "FROM/0,0,80,0.3,0,1\nFEDRAT/600");
+    let posted = stage.post(&begun);
+    assert!(posted.report.notes.iter().any(|n| n.line == Some(7) && n.text.contains("ends in a cut")));
+}
+
+/// A tool file that is not the tool of the file is shown to the operator.
+#[test]
+fn another_cutter_or_sense_of_the_spindle_is_noted() {
+    let stage = Stage::fanuc("head-b-table-c", 3);
+    let text = format!("CUTTER/12,0\n{}FINI", HEAD.replace("CLW", "CCLW"));
+    let notes: Vec<String> = stage.post(&text).report.notes.into_iter().map(|n| n.text).collect();
+    assert!(notes.iter().any(|n| n.starts_with("ANOTHER CUTTER: CUTTER has diameter 12.000")), "{notes:?}");
+    assert!(notes.iter().any(|n| n.starts_with("the spindle turns against the sense")), "{notes:?}");
+    let whole = format!("CUTTER/20,1\n{HEAD}FINI");
+    assert_eq!(stage.post(&whole).report.notes, []);
+    let cut_off = stage.post(HEAD).report.notes;
+    assert!(cut_off.iter().any(|n| n.text.starts_with("FINI is missing")), "{cut_off:?}");
+}
+
+/// A point that repeats the one before is not written again.
+#[test]
+fn repeated_points_are_counted_and_left_out() {
+    let stage = Stage::fanuc("head-b-table-c", 3);
+    let posted = stage.post(&format!("{HEAD}GOTO/1,0,50\nGOTO/1,0,50\nGOTO/1,0,50\nRAPID\nGOTO/1,0,60\nFINI"));
+    assert_eq!((posted.report.tools[0].points, posted.report.tools[0].repeated), (5, 2));
+    assert_eq!(motions(&posted.text).len(), 3);
+}
+
+/// The same path in the forms of three systems gives the same positions.
+#[test]
+fn files_of_three_systems_are_posted_alike() {
+    let nx = "$$ UNITS\nUNITS/MM\nTOOL PATH/CONTOUR,TOOL,MILL_20\nTLDATA/MILL,20.0000,1.0000,75.0000,0.0000,0.0000\n\
+              MSYS/0.0000,0.0000,0.0000,1.0000000,0.0000000,0.0000000,0.0000000,1.0000000,0.0000000\nMULTAX/ON\n\
+              LOADTL/7\n$$ centerline data\nPAINT/PATH\nPAINT/SPEED,10\nSPINDL/RPM,3000,CLW\nRAPID\n\
+              GOTO/0.0000,0.0000,60.0000,0.0000000,0.0000000,1.0000000\nFEDRAT/MMPM,600.0000\n\
+              GOTO/10.0000,0.0000,50.0000\nCIRCLE/0.0000,0.0000,50.0000,0.0000000,0.0000000,1.0000000,10.0000,0.06,0.5,20,0\n\
+              GOTO/0.0000,10.0000,50.0000\nRAPID\nGOTO/0.0000,10.0000,60.0000\nEND-OF-PATH\nFINI\n";
+    let catia = "$$ -----\nPARTNO PART OPERATION\n$$*CATIA0\nCATPROCESS\nPPRINT OPERATION NAME : CONTOUR\n\
+                 TPRINT/T1 MILL D 20,,T1\nCUTTER/ 20.000000,  1.000000,  9.000000,  1.000000,  0.000000,$\n  0.000000, 50.000000\n\
+                 MULTAX\nLOADTL/7,1\nSPINDL/ 3000.0000,RPM,CLW\nRAPID\n\
+                 GOTO  /    0.00000,    0.00000,   60.00000, 0.000000, 0.000000, 1.000000\nFEDRAT/  600.0000,MMPM\n\
+                 GOTO  /   10.00000,    0.00000,   50.00000, 0.000000, 0.000000, 1.000000\nAUTOPS\n\
+                 INDIRV/    0.00000,    1.00000,    0.00000\n\
+                 TLON,GOFWD/ (CIRCLE/    0.00000,    0.00000,   50.00000,$\n   10.00000),ON,2,INTOF,$\n\
+                 (LINE/    0.00000,    0.00000,   50.00000,$\n      0.00000,   10.00000,   50.00000)\nRAPID\n\
+                 GOTO  /    0.00000,   10.00000,   60.00000, 0.000000, 0.000000, 1.000000\nFINI\n";
+    let creo = "$$*         Pro/CLfile\n$$-> MFGNO / MFG0001\nPARTNO / MFG0001\n$$-> FEATNO / 17\nMACHIN / UNCX01, 1\n\
+                $$-> CUTCOM_GEOMETRY_TYPE / OUTPUT_ON_CENTER\nUNITS / MM\nLOADTL / 7\n$$-> CUTTER / 20.000000\n\
+                $$-> CSYS / 1.0000000000, 0.0000000000, 0.0000000000, 0.0000000000, $\n\
+                0.0000000000, 1.0000000000, 0.0000000000, 0.0000000000\nMULTAX / ON\n\
+                SPINDL / RPM, 3000.000000,  CLW\nRAPID\nGOTO / 0.0000000000, 0.0000000000, 60.0000000000, $\n\
+                0.0000000000, 0.0000000000, 1.0000000000\nFEDRAT / 600.000000,  MMPM\n\
+                GOTO / 10.0000000000, 0.0000000000, 50.0000000000\nCIRCLE / 0.0000000000, 0.0000000000, 50.0000000000, $\n\
+                0.0000000000, 0.0000000000, 1.0000000000, 10.0000000000\nGOTO / 0.0000000000, 10.0000000000, 50.0000000000\n\
+                RAPID\nGOTO / 0.0000000000, 10.0000000000, 60.0000000000\n$$-> END /\nFINI\n";
+    let stage = Stage::fanuc("head-b-table-c", 3);
+    let all = [nx, catia, creo].map(|text| {
+        let posted = stage.post(text);
+        assert!(posted.report.is_clean(), "{:?}", posted.report.faults);
+        // CATIA gives no unit.
+        let n_notes = usize::from(!text.contains("UNITS"));
+        assert_eq!(posted.report.notes.len(), n_notes, "{:?}", posted.report.notes);
+        motions(&posted.text).into_iter().map(|m| (m.is_rapid, m.words)).collect::<Vec<_>>()
+    });
+    assert!(all[0].len() > 15);
+    assert_eq!(all[0], all[1]);
+    assert_eq!(all[0], all[2]);
+}

@@ -1,0 +1,185 @@
+//! `facemill post`: plans and files of others posted on the command line.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use facemill::nc_program::read::{AxisAt, MotionKind};
+use facemill::nc_program::{Dialect, read_program};
+use facemill_tests::jobs::{JobFolder, small_patch, small_patch_planned, text_of};
+use facemill_tests::program::{code_and_errors, run};
+use serde_json::{Value, json};
+
+/// A machine that comes with facemill.
+fn preset(job: &JobFolder, name: &str) -> String {
+    let text = facemill::inverse_kinematics::preset(name).expect("a preset");
+    let file = format!("{name}.json");
+    job.write(&file, text.as_bytes());
+    place(job, &file)
+}
+
+fn place(job: &JobFolder, name: &str) -> String {
+    job.path(name).to_str().expect("text").to_owned()
+}
+
+/// Runs `facemill post` on a file of the folder; exit code, what was printed, and errors.
+fn post(job: &JobFolder, cl: &str, options: &[&str]) -> (i32, String, String) {
+    let (cl, out) = (place(job, cl), place(job, "posted.nc"));
+    let output = run(&[&["post", &cl, "-o", &out], options].concat());
+    let (code, errors) = code_and_errors(&output);
+    (code, String::from_utf8_lossy(&output.stdout).into_owned(), errors)
+}
+
+/// Words of every straight motion of a program.
+fn words(text: &[u8]) -> Vec<(bool, BTreeMap<String, f64>)> {
+    let program = read_program(text, Dialect::Fanuc).expect("a program");
+    let moves = program.motions().filter(|(_, m)| matches!(m.kind, MotionKind::Linear | MotionKind::Rapid));
+    moves
+        .map(|(_, m)| {
+            let at = m.position.iter().filter_map(|(letter, at)| match at {
+                AxisAt::Word(word) => Some((letter.to_string(), word)),
+                _ => None,
+            });
+            (m.kind == MotionKind::Rapid, at.collect())
+        })
+        .collect()
+}
+
+/// A folder with the tool of a short file, and the file.
+fn short_file(text: &str) -> JobFolder {
+    let job = small_patch();
+    job.write("part.apt", text.as_bytes());
+    job
+}
+
+const SHORT: &str = "PARTNO/SHORT\nMULTAX/ON\nLOADTL/1\nSPINDL/1200,RPM,CLW\nRAPID\nGOTO/0,0,60\nFEDRAT/600,MMPM\n\
+                     GOTO/0,0,50\nGOTO/20,0,50,0.2,0,1\nRAPID\nGOTO/20,0,90\nFINI\n";
+
+/// The APT file of a plan leads to the axis positions of the plan on the same machine, and its
+/// program is verified against the part. The APT file has five decimals of the tip and seven of the
+/// axis, so that the positions agree to ten thousandths of a millimetre.
+#[test]
+fn the_apt_file_of_a_plan_leads_to_its_axis_positions() {
+    let job = small_patch();
+    job.set("job.json", &[("/post/decimals", json!({"linear": 6, "rotary": 6, "feed": 1, "inverse_time": 3}))]);
+    let planned = job.plan();
+    let program = text_of(&planned, "program.nc");
+    job.write("program.apt", text_of(&planned, "program.apt").as_bytes());
+    let options = ["--job", &place(&job, "job.json"), "--branch", "positive"];
+    let as_planned = ["--rapid-tolerance-mm", "none", "--tolerance-mm", "0.1"];
+    let (code, printed, errors) = post(&job, "program.apt", &[&options[..], &as_planned[..]].concat());
+    assert_eq!(code, 0, "{printed}{errors}");
+    assert!(printed.contains("against the part  T1: 0 fault(s)"), "{printed}");
+    let (of_plan, of_post) = (words(program.as_bytes()), words(&std::fs::read(job.path("posted.nc")).unwrap()));
+    assert_eq!(of_plan.len(), of_post.len());
+    let mut worst = 0.0_f64;
+    for ((is_rapid, planned), (also_rapid, posted)) in of_plan.iter().zip(&of_post) {
+        assert_eq!(is_rapid, also_rapid);
+        for (axis, value) in planned {
+            worst = worst.max((value - posted[axis]).abs());
+        }
+    }
+    assert!(worst < 1e-4, "{worst}");
+}
+
+/// The APT file of a plan goes to every control on three kinds of machines, and is what it says
+/// when it is read back.
+#[test]
+fn the_apt_file_of_a_plan_is_posted_for_all_controls_on_three_machines() {
+    let job = small_patch();
+    job.write("program.apt", text_of(small_patch_planned(), "program.apt").as_bytes());
+    let tool = place(&job, "tool.json");
+    for name in ["table-table-a-c", "head-head-c-a", "head-b-table-c"] {
+        let machine = preset(&job, name);
+        for dialect in Dialect::ALL {
+            let mount = if name == "head-b-table-c" { "0,0,300" } else { "0,0,100" };
+            let options = ["--machine", &machine, "--tool", &tool, "--dialect", dialect.name(), "--mount", mount];
+            let (code, printed, errors) = post(&job, "program.apt", &options);
+            assert_eq!(code, 0, "{name} {}: {printed}{errors}", dialect.name());
+        }
+    }
+}
+
+#[test]
+fn a_posted_program_and_its_report_are_written() {
+    let job = short_file(SHORT);
+    let machine = preset(&job, "table-table-a-c");
+    let tool = place(&job, "tool.json");
+    let options = ["--machine", &machine, "--tool", &tool, "--dialect", "fanuc", "--mount", "0,0,50"];
+    let (code, printed, errors) = post(&job, "part.apt", &options);
+    assert_eq!(code, 0, "{printed}{errors}");
+    assert!(printed.contains("NOT CHECKED AGAINST A PART"), "{printed}");
+    // Words are coordinates of the file while no axis is turned.
+    let words = words(&std::fs::read(job.path("posted.nc")).unwrap());
+    let at = |x: f64, z: f64| words.iter().any(|(_, w)| w.get("X") == Some(&x) && w.get("Z") == Some(&z));
+    assert!(at(0.0, 60.0) && at(0.0, 50.0), "{words:?}");
+    let report = job.json("posted.post.json");
+    let (_, schema) = (0, run(&["schema", "post"]).stdout);
+    let validator = jsonschema::validator_for(&serde_json::from_slice::<Value>(&schema).unwrap()).unwrap();
+    let faults: Vec<String> = validator.iter_errors(&report).map(|e| e.to_string()).collect();
+    assert!(faults.is_empty(), "{faults:?}");
+    assert_eq!(report["checked_against_part"], json!(false));
+    assert_eq!(report["program"]["file"], json!("posted.nc"));
+    assert!(report["deviation"]["tip_mm"].as_f64().unwrap() < 0.01);
+}
+
+/// A part in the way is found, and the exit code says so.
+#[test]
+fn a_program_that_cuts_into_the_part_has_faults() {
+    let text = SHORT.replace("GOTO/0,0,50", "GOTO/0,0,-5").replace("GOTO/20,0,50", "GOTO/20,0,-5");
+    let job = short_file(&text);
+    let part = "v -50 -50 0\nv 50 -50 0\nv 50 50 0\nv -50 50 0\nf 1 2 3\nf 1 3 4\n";
+    job.write("plate.obj", part.as_bytes());
+    let machine = preset(&job, "table-table-a-c");
+    let (tool, part) = (place(&job, "tool.json"), place(&job, "plate.obj"));
+    let of_part = ["--part", &part, "--stock", "offset:20"];
+    let options = ["--machine", &machine, "--tool", &tool, "--dialect", "fanuc", "--mount", "0,0,100"];
+    let (code, printed, errors) = post(&job, "part.apt", &[&options[..], &of_part[..]].concat());
+    assert_eq!(code, 1, "{printed}{errors}");
+    assert!(printed.contains("against the part") && !printed.contains("NOT CHECKED"), "{printed}");
+    let report = job.json("posted.post.json");
+    let findings = report["verifications"][0]["findings"].as_array().unwrap();
+    assert!(findings.iter().any(|f| f["kind"] == json!("gouge")), "{findings:?}");
+}
+
+/// Every fault of a file has exit code 2, its line, and leaves no file behind.
+#[test]
+fn wrong_files_are_refused_with_their_line() {
+    let job = short_file("");
+    let machine = preset(&job, "table-table-a-c");
+    let tool = place(&job, "tool.json");
+    let options = ["--machine", &machine, "--tool", &tool, "--dialect", "haas", "--mount", "0,0,50"];
+    for (text, expected) in [
+        (String::new(), "is no CL file"),
+        ("G21\nG0 X1\nM30\n".to_owned(), "is no CL file"),
+        (SHORT.replace("GOTO/0,0,50", "GOTO/0,0,nan"), "line 8, column 10: `nan` has no valid number"),
+        (SHORT.replace("GOTO/0,0,50", "GOTO/0,0,1e400"), "line 8, column 10"),
+        (SHORT.replace("0.2,0,1", "0,0,0"), "line 9, column 1: GOTO: the axis has length zero"),
+        (SHORT.replace("GOTO/0,0,50", "GOTO/0,0,-9000"), "line 8: the machine does not reach it: axis Z"),
+        (SHORT.replace("LOADTL/1", "LOADTL/5"), "line 3: LOADTL calls T5; the tools given are T1"),
+        (SHORT.replace("FINI", "TRACUT/1"), "line 12: TRACUT is not followed"),
+        (SHORT.replace("FEDRAT/600,MMPM\n", ""), "line 7: the tool cuts, and no FEDRAT"),
+    ] {
+        job.write("part.apt", text.as_bytes());
+        let (code, printed, errors) = post(&job, "part.apt", &options);
+        assert!(code == 2 && printed.is_empty() && errors.contains(expected), "{expected}: {code} {errors}");
+        assert!(!job.path("posted.nc").exists() && !job.path("posted.post.json").exists());
+    }
+    job.write("part.apt", SHORT.as_bytes());
+    for (more, expected) in [
+        (&["--certificates"][..], "--certificates needs --job or --part"),
+        (&["--tolerance-mm", "0"], "--tolerance-mm"),
+        (&["--feed-mode", "rtcp"], "motion.cutting"),
+        (&["--retract-mm", "-1"], "--retract-mm"),
+        (&["--work-register", "G99"], "--work-register G99"),
+        (&["--tool", &tool], "T1 is given twice"),
+        (&["--job", &place(&job, "job.json")], "cannot be used with"),
+    ] {
+        let (code, _, errors) = post(&job, "part.apt", &[&options[..], more].concat());
+        assert!(code == 2 && errors.contains(expected), "{expected}: {code} {errors}");
+        assert!(!job.path("posted.nc").exists());
+    }
+    let same = place(&job, "part.apt");
+    let output = run(&[&["post", &same, "-o", &same], &options[..]].concat());
+    assert!(code_and_errors(&output).0 != 0);
+    assert_eq!(std::fs::read(Path::new(&same)).unwrap(), SHORT.as_bytes());
+}
