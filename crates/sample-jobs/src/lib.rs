@@ -1,7 +1,7 @@
 //! Sample jobs: a part, its tools, a machine and the job file, as files in memory.
 //!
-//! [`new_job`] makes one from a [`NewJob`]: a propeller of a series or of a table, a whole
-//! propeller from its casting, a blade, a patch.
+//! [`new_job`] makes one from a [`NewJob`]: a propeller of a series or of a table, both sides
+//! of a propeller from its casting, a blade, a patch.
 //!
 //! ```
 //! use facemill_sample_jobs::{NewJob, new_job};
@@ -20,6 +20,7 @@
 //! | `propeller_mesh` | propellers as files of meshes with names |
 //! | `new_propeller` | propellers of a series or a table, one side up |
 //! | `new_dual` | a propeller on a mill with two heads |
+//! | `new_cast` | both sides of a propeller from its casting |
 //! | `new_blade` | blades from files of others, and rotor 37 |
 //! | `new_job` | sample jobs by their descriptions |
 //!
@@ -27,6 +28,7 @@
 
 mod job_parts;
 mod new_blade;
+mod new_cast;
 mod new_dual;
 mod new_job;
 mod new_propeller;

@@ -11,6 +11,7 @@ use crate::job_parts::{
     JobFiles, ROTOR_SCALES, ReadFile, cutter_radius, job_file, job_folder, operation, round_to, stock_for,
 };
 use crate::new_blade::{blade_job, groups_obj};
+use crate::new_cast::cast_propeller_job;
 use crate::new_dual::dual_propeller_job;
 use crate::new_propeller::{propeller_job, table_job};
 
@@ -34,6 +35,11 @@ pub enum NewJob {
     },
     /// DTMB 4119 on the mill with two heads, both sides at once.
     DualPropeller {
+        /// Its diameter, mm.
+        diameter_mm: f64,
+    },
+    /// DTMB 4119 from its casting, each side of its blades in a setup of its own.
+    CastPropeller {
         /// Its diameter, mm.
         diameter_mm: f64,
     },
@@ -87,6 +93,7 @@ pub fn new_job(job: &NewJob, read: ReadFile<'_>) -> Result<Vec<(String, Vec<u8>)
         NewJob::Propeller { series, diameter_mm } => series_job(series, diameter_mm),
         NewJob::OwnPropeller { ref table, diameter_mm } => table_job(table, diameter_mm, read),
         NewJob::DualPropeller { diameter_mm } => dual_propeller_job(diameter_mm),
+        NewJob::CastPropeller { diameter_mm } => cast_propeller_job(diameter_mm),
         NewJob::Patch { size_mm } => patch_job(size_mm),
         NewJob::Rotor37 { scale } => rotor37_job(scale),
         NewJob::Blade { ref from, scale } => blade_job(from, scale, read),

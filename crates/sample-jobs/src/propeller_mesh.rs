@@ -58,3 +58,19 @@ pub(crate) fn compact(mesh: &TriMesh) -> TriMesh {
         .collect();
     TriMesh::with_groups(vertices, triangles, mesh.groups().to_vec()).unwrap_or_default()
 }
+
+/// Returns a mesh as a file in which each of its groups, or the whole where it has none, is a node.
+pub(crate) fn grouped_glb(mesh: &TriMesh) -> Result<Vec<u8>, String> {
+    let names: Vec<&str> = mesh.groups().iter().map(|g| g.name.as_str()).collect();
+    let parts: Vec<TriMesh> = match names[..] {
+        [] => vec![mesh.clone()],
+        _ => names.iter().map(|g| compact(&mesh.select_groups(|name| name == *g))).collect(),
+    };
+    let node = |k: usize| NamedNode {
+        name: names.get(k).copied().unwrap_or("solid"),
+        mesh: k,
+        transform: Isometry3::identity(),
+    };
+    let nodes: Vec<NamedNode<'_>> = (0..parts.len()).map(node).collect();
+    write_glb(&parts.iter().collect::<Vec<_>>(), &nodes).map_err(|e| e.to_string())
+}

@@ -16,3 +16,7 @@ pub fn new_job(job: &NewJob) -> Result<Vec<(String, Vec<u8>)>, String> {
 #[cfg(test)]
 #[path = "../../tests/unit/examples/new_blade.rs"]
 mod tests;
+
+#[cfg(test)]
+#[path = "../../tests/unit/examples/new_cast.rs"]
+mod cast_tests;
