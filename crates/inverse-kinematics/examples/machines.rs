@@ -140,8 +140,13 @@ fn file(name: &str, source: &str, table: (Vec<AxisLine>, f64), head: (Vec<AxisLi
         name: name.to_owned(),
         source: Some(source.to_owned()),
         assumed: Vec::new(),
-        workpiece_chain: WorkpieceChain { rows: rows_from_axes(&table.0, &at(table.1)) },
-        tool_chains: vec![ToolChain { channel: 1, tool_interface: None, rows: rows_from_axes(&head.0, &at(head.1)) }],
+        workpiece_chain: WorkpieceChain { rows: rows_from_axes(&table.0, &at(table.1)), lines: None },
+        tool_chains: vec![ToolChain {
+            channel: 1,
+            tool_interface: None,
+            rows: rows_from_axes(&head.0, &at(head.1)),
+            lines: None,
+        }],
         bed_bodies: Vec::new(),
         motion: MotionFile {
             cutting: CuttingLawFile::AxesLinear,

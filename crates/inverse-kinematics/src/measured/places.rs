@@ -1,7 +1,7 @@
 use nalgebra::{Isometry3, Point3, Unit, Vector3};
 
-use crate::import::axis_lines::AxisLine;
 use crate::import::joint_lines::walk;
+use crate::machine_file::axis_lines::AxisLine;
 use crate::machine_file::{DhRow, Joint, MachineFile};
 use crate::measured::family::MeasuredFamily;
 use crate::measured::{MeasureError, ReportedValue};
@@ -19,8 +19,8 @@ pub struct PlaceMeasurements {
     /// A point on the tilting axis of a trunnion, seen from the table's origin. The coordinate
     /// along the axis has no effect.
     pub table_tilt: Option<[f64; 3]>,
-    /// Distance from the spindle nose up to the tilting axis of a head, along the spindle:
-    /// above 0.
+    /// Distance from the spindle nose up to the tilting axis of a head, along the spindle: above 0.
+    /// To an axis at 45° it is that where the axis crosses the spindle.
     pub pivot_length: Option<f64>,
     /// Position of a head's tilting axis beside the spindle's centre line: toward +X of a B axis,
     /// toward +Y of an A axis.

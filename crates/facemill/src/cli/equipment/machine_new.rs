@@ -69,6 +69,9 @@ pub(crate) struct NewMachineArguments {
 }
 
 pub(crate) fn run(arguments: &NewMachineArguments) -> Result<ExitCode, Failure> {
+    /// Write the lines of the axes in place of rows
+    #[arg(long)]
+    lines: bool,
     let out = &arguments.out;
     let family = arguments.family;
     let mut made = machine_from_measurements(family, &measurements(arguments)?).map_err(|e| failure(arguments, e))?;
@@ -78,6 +81,9 @@ pub(crate) fn run(arguments: &NewMachineArguments) -> Result<ExitCode, Failure> 
     let machine = Machine::from_file(made.file.clone()).map_err(|e| Failure::Internal(e.to_string()))?;
     if !arguments.force && out.symlink_metadata().is_ok() {
         return Err(Failure::input(out, "exists; --force replaces it"));
+    }
+    if arguments.lines {
+        made.file = made.file.by_lines();
     }
     files::write_one(out, facemill::file_format::to_json(&made.file).into_bytes())?;
     say(&format!("{}: {}\n{}", out.display(), machine.family(), summary(&made, family)))?;
