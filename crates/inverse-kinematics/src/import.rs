@@ -4,10 +4,9 @@ pub(crate) mod family;
 pub(crate) mod joint_lines;
 pub(crate) mod value;
 
-pub use crate::import::axis_lines::{AxisLine, rows_from_axes};
-pub use crate::import::family::{Family, RotaryRole};
-pub use crate::machine_file::axis_lines::{AxisLine, rows_from_axes};
+pub use crate::import::family::{Family, Nutation, RotaryRole};
 pub use crate::import::joint_lines::JointLine;
+pub use crate::machine_file::axis_lines::{AxisLine, rows_from_axes};
 
 use nalgebra::{Isometry3, Point3, Translation3, Unit, UnitQuaternion, Vector3};
 use roxmltree::{Document, Node};

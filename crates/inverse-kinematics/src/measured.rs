@@ -7,7 +7,7 @@ pub(crate) mod family;
 pub(crate) mod joint_values;
 pub(crate) mod places;
 
-pub use crate::measured::family::MeasuredFamily;
+pub use crate::measured::family::{MeasuredFamily, MeasuredLean};
 pub use crate::measured::joint_values::{AxisLimits, AxisMeasurement, MeasuredSense};
 pub use crate::measured::places::PlaceMeasurements;
 
