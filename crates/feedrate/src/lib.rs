@@ -32,8 +32,8 @@
 //! at any time; `docs/time-law.md` explains and proves it.
 //!
 //! [`trapezoid_law`] models a control that limits only acceleration and hardly looks ahead over
-//! blocks that turn rotary axes, as LinuxCNC does; [`deviation_law`] one that keeps to the lines and
-//! slows down at corners, as Grbl does.
+//! blocks that turn rotary axes, as LinuxCNC does; [`deviation_law`] one that keeps to the lines
+//! and slows down at corners, as Grbl does.
 //!
 //! Modules; each imports only those above it:
 //!

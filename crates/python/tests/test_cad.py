@@ -68,6 +68,13 @@ def test_the_chord_is_measured_and_not_that_of_the_request(tmp_path: Path) -> No
     assert flat.chord_mm < 1e-9 and flat.is_closed
 
 
+def test_a_chord_out_of_reach_is_an_error(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = write(tmp_path / "ball.step", lambda occ: occ.addSphere(0, 0, 0, 20))
+    monkeypatch.setattr(cad, "_MOST_TRIANGLES", 500)
+    with pytest.raises(facemill.Error, match=r"ball.step: \d+ triangles keep 0\.\d+ mm, not 0.001: give a larger chord"):
+        cad.tessellate(path, 0.001)
+
+
 def test_a_mesh_beside_its_surface_is_found_out(tmp_path: Path) -> None:
     """Half of the triangles of a ball are away: the surface shows it, the triangles do not."""
     path = write(tmp_path / "ball.step", lambda occ: occ.addSphere(0, 0, 0, 20))
@@ -106,7 +113,8 @@ def test_open_seams_have_length_and_place(tmp_path: Path) -> None:
     assert not mesh.is_closed and len(mesh.seams) == 2
     for seam in mesh.seams:
         assert 2 * np.pi * 10 * 0.98 < seam.length_mm < 2 * np.pi * 10
-        assert np.hypot(*seam.at[:2]) == pytest.approx(10, abs=1e-6) and min(abs(seam.at[2]), abs(seam.at[2] - 25)) < 1e-6
+        x, y, z = seam.at
+        assert np.hypot(x, y) == pytest.approx(10, abs=1e-6) and min(abs(z), abs(z - 25)) < 1e-6
 
 
 def test_units_of_step_and_iges_become_mm(tmp_path: Path) -> None:

@@ -1,5 +1,5 @@
-//! Motion of controls that limit acceleration, not jerk: one that rounds corners and looks ahead over
-//! lines of the linear axes alone, and one that keeps to the lines.
+//! Motion of controls that limit acceleration, not jerk: one that rounds corners and looks ahead
+//! over lines of the linear axes alone, and one that keeps to the lines.
 
 mod deviation;
 mod junction;

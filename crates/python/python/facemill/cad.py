@@ -1,10 +1,10 @@
 """STEP and IGES files as meshes: ``python -m facemill.cad part.step part.obj --chord-mm 0.02``.
 
-Gmsh (``pip install "facemill[cad]"``) reads the file and tessellates its surfaces. What the triangles
-keep is then measured against the surfaces of the file, whatever the tessellator was told: points of
-the triangles are projected onto their surface, and points of the surface onto the triangles. The
-larger of both is ``chord_mm``, which belongs into ``mesh_chord_mm`` of a job. Edges that only one
-triangle has are open seams; they are listed with their places.
+Gmsh (``pip install "facemill[cad]"``) reads the file and tessellates its surfaces. The distance of
+the triangles from the surfaces is then measured, whatever the settings of Gmsh: points of the
+triangles are projected onto their surface, and points of the surface onto the triangles. The larger
+of both is ``chord_mm``, which belongs into ``mesh_chord_mm`` of a job. Edges that only one triangle
+has are open seams; they are listed with their places.
 """
 
 from __future__ import annotations
@@ -29,12 +29,12 @@ if TYPE_CHECKING:
 #: Files that Gmsh reads by OpenCASCADE.
 ENDINGS = (".step", ".stp", ".iges", ".igs", ".brep")
 
-#: Subdivisions of a triangle's side for points that are projected: both the middles of sides and the
-#: centre are among them.
+#: Subdivisions of a triangle's side for points that are projected: both the middles of sides and
+#: the centre are among them.
 _LATTICE = 6
 
-#: Between these points a distance that falls off as a parabola from its largest value, as on a surface
-#: of even curvature, exceeds those of the points by no more than this factor.
+#: Between these points a distance that falls off as a parabola from its largest value, as on a
+#: surface of even curvature, exceeds those of the points by no more than this factor.
 _BETWEEN = 1.0 / (1.0 - 1.0 / _LATTICE**2)
 
 #: Points along each parameter of a surface that are projected onto the triangles.
@@ -142,8 +142,7 @@ def _tessellated(gmsh: Any, path: Path, chord_mm: float, sew_mm: float) -> CadMe
     # A chord of a circle: c = r (1 − cos(π/n)). A guess of r that is mostly too small: what is too
     # coarse is refined, what is too fine is not taken back.
     turns = math.pi / math.acos(1.0 - min(0.5, 8.0 * chord_mm / max(size, chord_mm)))
-    best = None
-    for _ in range(_ROUNDS):
+    for rounds_left in reversed(range(_ROUNDS)):
         gmsh.option.setNumber("Mesh.MeshSizeFromCurvature", math.ceil(turns))
         gmsh.option.setNumber("Mesh.MeshSizeMax", size / 4.0)
         try:
@@ -151,22 +150,20 @@ def _tessellated(gmsh: Any, path: Path, chord_mm: float, sew_mm: float) -> CadMe
             gmsh.model.mesh.generate(2)
         except Exception as error:
             raise Error(f"{path}: gmsh does not mesh it: {error}") from None
-        best = _measured(gmsh, faces)
-        if not len(best.triangles):
-            raise Error(f"{path}: gmsh makes no triangles of it")
-        if best.chord_mm <= chord_mm:
-            return best
-        growth = min(4.0, 1.05 * math.sqrt(best.chord_mm / chord_mm))
-        if len(best.triangles) * growth**2 > _MOST_TRIANGLES:
-            break
+        mesh = _measured(gmsh, path, faces)
+        if mesh.chord_mm <= chord_mm:
+            return mesh
+        growth = min(4.0, 1.05 * math.sqrt(mesh.chord_mm / chord_mm))
+        if not rounds_left or len(mesh.triangles) * growth**2 > _MOST_TRIANGLES:
+            raise Error(
+                f"{path}: {len(mesh.triangles)} triangles keep {mesh.chord_mm} mm, not {chord_mm}: "
+                "give a larger chord, or mend the surface in the CAD program"
+            )
         turns *= growth
-    raise Error(
-        f"{path}: triangles keep {best.chord_mm} mm after {len(best.triangles)} triangles, not {chord_mm}: "
-        "give a larger chord, or mend the surface in the CAD program"
-    )
+    raise AssertionError("the last round returns or raises")
 
 
-def _measured(gmsh: Any, faces: Sequence[int]) -> CadMesh:
+def _measured(gmsh: Any, path: Path, faces: Sequence[int]) -> CadMesh:
     """Returns the present mesh with its chord and seams."""
     import numpy as np
 
@@ -180,7 +177,7 @@ def _measured(gmsh: Any, faces: Sequence[int]) -> CadMesh:
         _, corners = gmsh.model.mesh.getElementsByType(2, face)
         triangles = index[np.asarray(corners, dtype=np.int64)].reshape(-1, 3)
         if not len(triangles):
-            raise Error(f"surface {face}: gmsh makes no triangles of it")
+            raise Error(f"{path}: gmsh makes no triangles of surface {face}: mend it in the CAD program")
         found, count = _chord_of_face(gmsh, face, at[triangles])
         worst, points = max(worst, found), points + count
         parts.append(triangles)
@@ -196,7 +193,7 @@ def _measured(gmsh: Any, faces: Sequence[int]) -> CadMesh:
     # Equal places are one vertex, as in a job; corners that meet leave an empty triangle.
     vertices, same = np.unique(at, axis=0, return_inverse=True)
     triangles = same.reshape(-1)[triangles]
-    kept = (triangles[:, 0] != triangles[:, 1]) & (triangles[:, 1] != triangles[:, 2]) & (triangles[:, 2] != triangles[:, 0])
+    kept = (triangles != np.roll(triangles, 1, axis=1)).all(axis=1)
     triangles, surfaces = triangles[kept], surfaces[kept]
     used, compact = np.unique(triangles, return_inverse=True)
     vertices, triangles = vertices[used], compact.reshape(-1, 3)
@@ -387,7 +384,7 @@ def with_chord(job: dict[str, Any], chord_mm: float) -> dict[str, Any]:
 
     :raises Error: if an operation has no tolerances.
     """
-    changed = json.loads(json.dumps(job))
+    changed: dict[str, Any] = json.loads(json.dumps(job))
     operations = changed.get("operations") if isinstance(changed, dict) else None
     if not isinstance(operations, list) or not operations:
         raise Error("operations: the job has none")
@@ -437,7 +434,8 @@ def _job_of(path: Path, chord_mm: float) -> bytes:
 def summary(mesh: CadMesh) -> str:
     """Returns what was measured, in lines."""
     lines = [
-        f"{len(mesh.triangles)} triangles of {len(set(mesh.surfaces.tolist()))} surfaces, {len(mesh.vertices)} vertices",
+        f"{len(mesh.triangles)} triangles, {len(mesh.vertices)} vertices, "
+        f"{len(set(mesh.surfaces.tolist()))} surfaces",
         f"chord kept: {mesh.chord_mm} mm, from {mesh.points} distances between triangles and surfaces",
     ]
     if mesh.is_closed:
