@@ -32,7 +32,8 @@
 //! at any time; `docs/time-law.md` explains and proves it.
 //!
 //! [`trapezoid_law`] models a control that limits only acceleration and hardly looks ahead over
-//! blocks that turn rotary axes, as LinuxCNC does.
+//! blocks that turn rotary axes, as LinuxCNC does; [`deviation_law`] one that keeps to the lines
+//! and slows down at corners, as Grbl does.
 //!
 //! Modules; each imports only those above it:
 //!
@@ -43,7 +44,7 @@
 //! | `pair` | feeds of blocks in which two heads move |
 //! | `time_law` | laws of motion along a path in the least time |
 //! | `program_law` | laws of motion along programs |
-//! | `trapezoid_law` | motion of a control that limits acceleration, not jerk, and looks ahead over lines of the linear axes alone |
+//! | `trapezoid_law` | motion of controls that limit acceleration, not jerk: with arcs in corners, or on the lines |
 //! | `tube` | smoothest values within given tolerances |
 //!
 //! It must not know surfaces.
@@ -67,5 +68,5 @@ pub use time_law::{
     AxisBounds, AxisMotion, Jet, JointPath, MotionBounds, MotionLimit, PathPoint, TimeLaw, TimeLawError,
     TimeLawSettings, minimum_time_law,
 };
-pub use trapezoid_law::{TrapezoidLaw, TrapezoidSettings, trapezoid_law};
+pub use trapezoid_law::{DeviationSettings, TrapezoidLaw, TrapezoidSettings, deviation_law, trapezoid_law};
 pub use tube::smoothest_within;

@@ -42,6 +42,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     Ok(())
 }
 
+/// Source of the machines whose B leans.
+const LEANS: &str = "typical; B leans by 45° from z toward +y";
+
 const AUTODESK: &str = "Autodesk cam-posteditor (MIT)";
 
 /// Speeds, accelerations and jerks: mm or deg, per min, s², s³.
@@ -140,8 +143,13 @@ fn file(name: &str, source: &str, table: (Vec<AxisLine>, f64), head: (Vec<AxisLi
         name: name.to_owned(),
         source: Some(source.to_owned()),
         assumed: Vec::new(),
-        workpiece_chain: WorkpieceChain { rows: rows_from_axes(&table.0, &at(table.1)) },
-        tool_chains: vec![ToolChain { channel: 1, tool_interface: None, rows: rows_from_axes(&head.0, &at(head.1)) }],
+        workpiece_chain: WorkpieceChain { rows: rows_from_axes(&table.0, &at(table.1)), lines: None },
+        tool_chains: vec![ToolChain {
+            channel: 1,
+            tool_interface: None,
+            rows: rows_from_axes(&head.0, &at(head.1)),
+            lines: None,
+        }],
         bed_bodies: Vec::new(),
         motion: MotionFile {
             cutting: CuttingLawFile::AxesLinear,
@@ -254,7 +262,7 @@ fn nutating_head() -> MachineFile {
     head.push(b);
     let mut table = rotary('C', true, [[0.0, 0.0, 1.0], [0.0; 3]], None, ROTARY);
     table.bodies = vec![disc(400.0, 150.0, 0.0)];
-    assuming(file("nutating head B, table C", "typical", (vec![table], 0.0), (head, 700.0)), &UNKNOWN, &[])
+    assuming(file("nutating head B, table C", LEANS, (vec![table], 0.0), (head, 700.0)), &UNKNOWN, &[])
 }
 
 /// B leans by 45° from z toward +y and crosses C 60 mm above the table's top.
@@ -269,7 +277,7 @@ fn nutating_table() -> MachineFile {
     table.bodies = vec![disc(300.0, 50.0, 0.0)];
     let ram = vec![nose(50.0, 600.0), block("ram", [240.0, 260.0, 600.0], [0.0, 0.0, 1010.0])];
     let head = head_xyz(300.0, 350.0, 600.0, MEDIUM, ram);
-    let mut made = file("nutating table B-C", "typical", (vec![b, table], 0.0), (head, 600.0));
+    let mut made = file("nutating table B-C", LEANS, (vec![b, table], 0.0), (head, 600.0));
     made.bed_bodies = vec![block("swivel base", [500.0, 500.0, 500.0], [0.0, -430.0, -540.0])];
     assuming(made, &UNKNOWN, &[])
 }

@@ -1,13 +1,12 @@
 //! Machine files from kinematics of other programs.
 
-pub(crate) mod axis_lines;
 pub(crate) mod family;
 pub(crate) mod joint_lines;
 pub(crate) mod value;
 
-pub use crate::import::axis_lines::{AxisLine, rows_from_axes};
-pub use crate::import::family::{Family, RotaryRole};
+pub use crate::import::family::{Family, Nutation, RotaryRole};
 pub use crate::import::joint_lines::JointLine;
+pub use crate::machine_file::axis_lines::{AxisLine, rows_from_axes};
 
 use nalgebra::{Isometry3, Point3, Translation3, Unit, UnitQuaternion, Vector3};
 use roxmltree::{Document, Node};
@@ -93,8 +92,13 @@ pub fn import_autodesk_machine(text: &str) -> Result<MachineFile, ImportError> {
         name: name(&root),
         source: Some(source(&root)),
         assumed: assumed(&axes, feed_is_known),
-        workpiece_chain: WorkpieceChain { rows: rows_from_axes(&table, &bed_from_table) },
-        tool_chains: vec![ToolChain { channel: 1, tool_interface: None, rows: rows_from_axes(&head, &bed_from_nose) }],
+        workpiece_chain: WorkpieceChain { rows: rows_from_axes(&table, &bed_from_table), lines: None },
+        tool_chains: vec![ToolChain {
+            channel: 1,
+            tool_interface: None,
+            rows: rows_from_axes(&head, &bed_from_nose),
+            lines: None,
+        }],
         bed_bodies: Vec::new(),
         motion: MotionFile {
             cutting: CuttingLawFile::AxesLinear,

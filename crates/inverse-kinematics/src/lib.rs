@@ -1,10 +1,11 @@
 //! Machine tools as Denavit-Hartenberg chains: machine file, forward and inverse solution, limits,
 //! bodies.
 //!
-//! A [`Machine`] is read from a [machine file](machine_file::MachineFile): two chains of DH rows
-//! from the bed, one to the table, one to the spindle nose. [`AxisValues`] are the values on its
-//! scales. [`Machine::forward`] returns the tool pose in the table frame, [`Machine::inverse`] the
-//! axis values for a CL point, and [`Machine::axis_ranges`] those for a whole set of CL points.
+//! A [`Machine`] is read from a [machine file](machine_file::MachineFile): two chains from the bed,
+//! one to the table, one to the spindle nose, of DH rows or of
+//! [axis lines](machine_file::LineChain). [`AxisValues`] are the values on its scales.
+//! [`Machine::forward`] returns the tool pose in the table frame, [`Machine::inverse`] the axis
+//! values for a CL point, and [`Machine::axis_ranges`] those for a whole set of CL points.
 //! [`Motion`] is the motion between two positions, [`deviation_bound`] bounds its distance from the
 //! intended motion, and [`linearise`] inserts positions to hold a tolerance.
 //! [`Machine::body_poses`] places the machine's own bodies.

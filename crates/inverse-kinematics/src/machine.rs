@@ -6,6 +6,7 @@ pub(crate) mod build;
 pub(crate) mod check;
 pub(crate) mod heads;
 pub(crate) mod limits;
+pub(crate) mod line_rows;
 pub(crate) mod preset;
 pub(crate) mod work_frame;
 
@@ -73,7 +74,7 @@ impl Machine {
         build(file)
     }
 
-    /// Returns the file that the machine was built from.
+    /// Returns the file that the machine was built from, with rows made from axis lines.
     pub fn to_file(&self) -> MachineFile {
         self.file.clone()
     }

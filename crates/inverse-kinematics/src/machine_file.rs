@@ -1,11 +1,15 @@
 //! Machine file and its faults.
 
 pub(crate) mod assumed;
+pub(crate) mod axis_lines;
 pub(crate) mod error;
+pub(crate) mod line_chain;
+pub(crate) mod lines_of_rows;
 pub(crate) mod mesh_shape;
 
 pub use crate::machine_file::assumed::{AssumedFile, AssumedValue};
 pub use crate::machine_file::error::FieldProblem;
+pub use crate::machine_file::line_chain::{LineChain, LineFile, PlaceFile};
 pub use crate::machine_file::mesh_shape::{BodyMesh, MeshShapeFile, MeshUnitFile};
 
 use facemill_cl_data::{ControlTolerance, CuttingLaw, MotionLaw, RapidLaw};
@@ -13,11 +17,13 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::axes::axis::Rollover;
+use crate::machine_file::line_chain::{ToolChainText, WorkpieceChainText};
 
 /// Machine file: kinematic chains, axes, bodies and motion laws of a machine tool.
 ///
 /// Two chains start at the bed: the workpiece's ends at the table frame, the tool's at the spindle
-/// nose. Every row of a chain is one transform of Craig's modified Denavit-Hartenberg convention.
+/// nose. A chain is given by rows, each one transform of Craig's modified Denavit-Hartenberg
+/// convention, or by the lines of its axes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MachineFile {
@@ -34,7 +40,7 @@ pub struct MachineFile {
     /// nothing depends on the list, `machine check` prints it.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub assumed: Vec<AssumedFile>,
-    /// Transforms from the bed to the table. With no rows the workpiece lies on the bed.
+    /// Transforms from the bed to the table. With no rows or lines the workpiece lies on the bed.
     pub workpiece_chain: WorkpieceChain,
     /// Transforms from the bed to the spindle nose: one chain, or one for each of two heads
     /// (docs/machines.md#two-heads). The frame of the nose has its origin in the centre of its face
@@ -61,30 +67,28 @@ pub enum MachineFormat {
 
 /// Transforms from the bed to the table. With no rows the workpiece lies on the bed.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
+#[serde(try_from = "WorkpieceChainText", into = "WorkpieceChainText")]
 pub struct WorkpieceChain {
-    /// Rows from the bed outward.
+    /// Rows from the bed outward; none where there are lines.
     pub rows: Vec<DhRow>,
+    /// Lines of the axes, in place of rows. A [`Machine`](crate::Machine) has rows made from them.
+    pub lines: Option<LineChain>,
 }
 
 /// Transforms from the bed to the spindle nose: its origin is the centre of the nose's face, its z
 /// points into the spindle.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
+#[serde(try_from = "ToolChainText", into = "ToolChainText")]
 pub struct ToolChain {
     /// Channel of the control that programs this head, from 1.
-    #[serde(default = "first_channel")]
     pub channel: u32,
     /// Tool interface of the spindle nose (HSK-A100, SK 50, Capto C8); nothing depends on it,
     /// `machine check` prints it.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tool_interface: Option<String>,
-    /// Rows from the bed outward.
+    /// Rows from the bed outward; none where there are lines.
     pub rows: Vec<DhRow>,
-}
-
-fn first_channel() -> u32 {
-    1
+    /// Lines of the axes, in place of rows. A [`Machine`](crate::Machine) has rows made from them.
+    pub lines: Option<LineChain>,
 }
 
 /// One transform RotX(alpha) · TransX(a) · RotZ(theta) · TransZ(d) from a link's frame to the one
@@ -121,9 +125,9 @@ pub struct DhRow {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum Joint {
-    /// Moves along the row's z axis.
+    /// Moves along the row's z axis, or along the line.
     Prismatic(PrismaticJoint),
-    /// Turns about the row's z axis.
+    /// Turns about the row's z axis, or about the line.
     Revolute(RevoluteJoint),
 }
 
@@ -198,11 +202,11 @@ pub struct RevoluteJoint {
     pub max_jerk_deg_s3: Option<f64>,
 }
 
-/// Sense of an axis relative to its row's z.
+/// Sense of an axis relative to its row's z, which is the direction of its line.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Sense {
-    /// Along or right-handed about +z of the row.
+    /// Along or right-handed about +z of the row, or the direction of the line.
     #[default]
     Positive,
     /// Against it.

@@ -7,15 +7,15 @@ pub(crate) mod family;
 pub(crate) mod joint_values;
 pub(crate) mod places;
 
-pub use crate::measured::family::MeasuredFamily;
+pub use crate::measured::family::{MeasuredFamily, MeasuredLean};
 pub use crate::measured::joint_values::{AxisLimits, AxisMeasurement, MeasuredSense};
 pub use crate::measured::places::PlaceMeasurements;
 
 use nalgebra::Vector3;
 
-use crate::import::axis_lines::rows_from_axes;
 use crate::machine::Machine;
 use crate::machine_file::assumed::{AssumedFile, AssumedValue};
+use crate::machine_file::axis_lines::rows_from_axes;
 use crate::machine_file::error::MachineError;
 use crate::machine_file::{Joint, MachineFile};
 use crate::measured::joint_values::replace_values;
@@ -35,7 +35,7 @@ pub struct Measurements {
 pub struct ReportedValue {
     /// Name, such as `table_tilt`, `limits` or `sense`.
     pub key: &'static str,
-    /// The value: `0,0,110` in mm, `B=-120:120` in mm or deg, `C=iso` or `C=reversed`.
+    /// The value: `0,0,110` in mm, `B=-120:120` in mm or deg, `C=iso` or `C=reversed`, `+y`.
     pub text: String,
     /// False where the preset gave it.
     pub is_measured: bool,

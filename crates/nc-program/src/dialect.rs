@@ -109,14 +109,24 @@ impl ControlMotion {
         if self.cycle_us > 1_000_000 {
             return Some(("control_motion.cycle_us", format!("is {}: it must be at most 1000000", self.cycle_us)));
         }
+        let deviates = self.corners == CornerRule::JunctionDeviation;
+        if deviates != (1..=1_000_000).contains(&self.junction_deviation_um) {
+            let why = "must be from 1 to 1000000 with corners junction_deviation, and 0 or left out without";
+            return Some((
+                "control_motion.junction_deviation_um",
+                format!("is {}: it {why}", self.junction_deviation_um),
+            ));
+        }
         let fits = match self.limited_by {
+            LimitedBy::Acceleration if deviates => self.rotary_blocks == RotaryBlocks::LookedAhead,
             LimitedBy::Acceleration => {
                 self.corners == CornerRule::Arcs && self.rotary_blocks == RotaryBlocks::Overlapped && self.cycle_us > 0
             }
             LimitedBy::Jerk => self.corners == CornerRule::Spline && self.rotary_blocks != RotaryBlocks::Overlapped,
         };
-        let why = "is modelled as acceleration with corners arcs, rotary_blocks overlapped and a cycle_us above 0, or as jerk with \
-                   corners spline and rotary_blocks looked_ahead or stopped";
+        let why = "is modelled as acceleration with corners arcs, rotary_blocks overlapped and a cycle_us above 0, as acceleration \
+                   with corners junction_deviation and rotary_blocks looked_ahead, or as jerk with corners spline and \
+                   rotary_blocks looked_ahead or stopped";
         (!fits).then(|| ("control_motion.limited_by", why.to_owned()))
     }
 }

@@ -45,12 +45,12 @@ const PRESETS: [Preset; 10] = [
     ),
     (
         "head-b-nutating-table-c",
-        "head B (nutating, 45°), table C",
+        "head B (nutating, 45° toward +y), table C",
         [("X", to(400.0)), ("Y", to(350.0)), ("Z", Some((-600.0, 0.0))), ("B", Some((-30.0, 180.0))), ("C", None)],
     ),
     (
         "table-table-b-c-nutating",
-        "table-table B-C (B nutating, 45°)",
+        "table-table B-C (B nutating, 45° toward +y)",
         [("X", to(300.0)), ("Y", to(350.0)), ("Z", Some((-600.0, 0.0))), ("B", Some((0.0, 180.0))), ("C", None)],
     ),
     (
@@ -386,10 +386,12 @@ fn new_machine(family: &str, options: &str, out: &std::path::Path) -> std::proce
     run(&arguments)
 }
 
-const MEASURED_FAMILIES: [(&str, &str); 5] = [
+const MEASURED_FAMILIES: [(&str, &str); 7] = [
     ("table-table-bc", "table-table-b-c"),
     ("table-table-ac", "table-table-a-c"),
     ("head-table-bc", "head-b-table-c"),
+    ("head-nutating-table-bc", "head-b-nutating-table-c"),
+    ("table-table-nutating-bc", "table-table-b-c-nutating"),
     ("head-head-ca", "head-head-c-a"),
     ("head-head-cb", "head-head-c-b"),
 ];
@@ -440,6 +442,72 @@ fn defaults_that_machine_new_prints_are_its_options() {
         let output = run(&["machine", "check", second.to_str().unwrap()]);
         assert_eq!(code_and_errors(&output).0, 0, "{family}");
         assert!(String::from_utf8(output.stdout).unwrap().contains("0 not found again"), "{family}");
+    }
+}
+
+/// `--lines` writes the same machine as lines, and `machine check` names its chains.
+#[test]
+fn machines_are_written_and_checked_as_lines() {
+    let mut r = Random(6);
+    let folder = tempfile::tempdir().unwrap();
+    let [rows, lines] = ["rows", "lines"].map(|name| folder.path().join(format!("{name}.json")));
+    for (family, _) in MEASURED_FAMILIES {
+        let leans = if family.contains("nutating") { " --lean -y" } else { "" };
+        assert_eq!(code_and_errors(&new_machine(family, &format!("--force{leans}"), &rows)).0, 0, "{family}");
+        assert_eq!(code_and_errors(&new_machine(family, &format!("--force --lines{leans}"), &lines)).0, 0, "{family}");
+        let text = std::fs::read_to_string(&lines).unwrap();
+        assert!(!text.contains("alpha_deg") && text.contains("\"direction\""), "{family}: {text}");
+        let [a, b] = [&rows, &lines].map(|path| Machine::from_json(&std::fs::read(path).unwrap()).unwrap());
+        for _ in 0..20 {
+            let q = random_values(&mut r, &a, true);
+            let off = a.forward(&q, 50.0).to_homogeneous() - b.forward(&q, 50.0).to_homogeneous();
+            assert!(off.abs().max() < 1e-9, "{family}: {off}");
+        }
+        let output = run(&["machine", "check", lines.to_str().unwrap()]);
+        assert_eq!(code_and_errors(&output).0, 0, "{family}");
+        let text = String::from_utf8(output.stdout).unwrap();
+        assert!(text.starts_with("given by axis lines, from which the rows below are made: workpiece_chain"), "{text}");
+        assert!(text.contains("0 not found again") && text.contains("toward -y") != leans.is_empty(), "{text}");
+    }
+}
+
+#[test]
+fn wrong_lines_are_exit_2_with_field_and_axis() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("machine.json");
+    let options = "--lean -y --lines";
+    assert_eq!(code_and_errors(&new_machine("head-nutating-table-bc", options, &path)).0, 0);
+    let good: serde_json::Value = serde_json::from_slice(&std::fs::read(&path).unwrap()).unwrap();
+    let b = &good["tool_chains"][0]["lines"]["axes"][3];
+    assert_eq!(b["direction"], serde_json::json!([0.0, -1.0, 1.0]), "{b}");
+    let point = "/tool_chains/0/lines/axes/3/point_mm";
+    let direction = "/tool_chains/0/lines/axes/3/direction";
+    for (place, value, message) in [
+        (direction, "[0, 0, 0]", "tool_chains[0].lines.axes[3].direction (axis B): is [0, 0, 0]"),
+        (direction, "[0, 0, 1]", "tool_chains[0].lines.axes[3] (axis B): is on the line of axis C"),
+        (direction, "[0, 1]", "tool_chains[0].lines.axes[3].direction, line"),
+        (point, "null", "tool_chains[0].lines.axes[3].point_mm (axis B): is missing"),
+        (point, "[0, \"NaN\", 0]", "tool_chains[0].lines.axes[3].point_mm[1], line"),
+        ("/workpiece_chain", "{}", "workpiece_chain, line"),
+        ("/tool_chains/0/lines/axes/3", "{}", "tool_chains[0].lines.axes[3], line"),
+    ] {
+        let mut file = good.clone();
+        *file.pointer_mut(place).unwrap() = serde_json::from_str(value).unwrap();
+        std::fs::write(&path, serde_json::to_string_pretty(&file).unwrap()).unwrap();
+        let (code, errors) = code_and_errors(&run(&["machine", "check", path.to_str().unwrap()]));
+        assert!(code == 2 && errors.contains(message) && errors.contains("machine.json"), "{place}: {code}: {errors}");
+    }
+    let mut both = good.clone();
+    both["tool_chains"][0]["rows"] = serde_json::json!([]);
+    std::fs::write(&path, both.to_string()).unwrap();
+    let (code, errors) = code_and_errors(&run(&["machine", "check", path.to_str().unwrap()]));
+    assert!(code == 2 && errors.contains("tool_chains[0], line 1") && errors.contains("both `rows`"), "{errors}");
+    for (family, options, message) in [
+        ("head-table-bc", "--lean -y", "--lean: is no option of the family head-table-bc"),
+        ("head-nutating-table-bc", "--lean up", "\"up\" is neither +y nor -y"),
+    ] {
+        let (code, errors) = code_and_errors(&new_machine(family, options, &folder.path().join("new.json")));
+        assert!(code == 2 && errors.contains(message), "{code}: {errors}");
     }
 }
 

@@ -8,6 +8,7 @@ mod feed_modes;
 mod first_contact;
 mod limits;
 mod machines;
+mod own_dialects;
 mod own_parts;
 mod post_command;
 mod program_commands;

@@ -104,9 +104,11 @@ fn holder_files_obey_their_schema_and_are_holders() {
 /// Dialect files that a shop starts from.
 #[test]
 fn dialect_files_obey_their_schema_and_wrong_ones_do_not() {
-    let files = std::fs::read_dir(workspace().join("crates/nc-program/dialects")).unwrap();
-    let files: Vec<_> = files.map(|e| e.unwrap().path()).collect();
-    assert!(files.len() >= 6);
+    let folders = ["crates/nc-program/dialects", "assets/dialects"].map(|folder| workspace().join(folder));
+    let files = folders.into_iter().flat_map(|folder| std::fs::read_dir(folder).unwrap());
+    let files: Vec<_> =
+        files.map(|e| e.unwrap().path()).filter(|p| p.extension().is_some_and(|e| e == "json")).collect();
+    assert!(files.len() >= 9);
     let validator = jsonschema::validator_for(&schema("dialect")).unwrap();
     for path in files {
         let file: Value = serde_json::from_slice(&std::fs::read(&path).unwrap()).unwrap();

@@ -78,7 +78,7 @@ pub fn trapezoid_law(
     }
     let entries = entries(&segments, axes, settings);
     let ends = end_speeds(&entries, settings.look_ahead);
-    Ok(timed(blocks.len(), &segments, &entries, &ends, settings))
+    Ok(timed(blocks.len(), &segments, &entries, &ends, settings.tolerance))
 }
 
 /// State at the start of an entry: speed, and its way during an overlap.
@@ -88,12 +88,13 @@ struct Begun {
     way: f64,
 }
 
-fn timed(
+/// Times the entries of a queue; overlaps pass corners within the tolerance.
+pub(crate) fn timed(
     n_blocks: usize,
     segments: &[Segment],
     entries: &[Entry],
     ends: &[f64],
-    settings: &TrapezoidSettings,
+    tolerance: f64,
 ) -> TrapezoidLaw {
     let mut law =
         TrapezoidLaw { times: vec![0.0; n_blocks], peak_times: vec![0.0; n_blocks], limits: vec![None; n_blocks] };
@@ -105,7 +106,7 @@ fn timed(
         if let (End::Overlap, Some(next)) = (entry.end, entries.get(k + 1)) {
             let pace = |e: &Entry| Pace { acceleration: e.acceleration, speed: e.speed, length: e.length };
             let half = half_angle(&segments[entry.segment], &segments[next.segment]);
-            let speeds = overlap(pace(entry), pace(next), half, settings.tolerance);
+            let speeds = overlap(pace(entry), pace(next), half, tolerance);
             begun = start_of_next(speeds, &profile, entry.acceleration, next.acceleration);
         }
     }

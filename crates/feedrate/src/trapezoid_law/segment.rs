@@ -74,4 +74,36 @@ impl Segment {
             exact_stop: to.exact_stop,
         })
     }
+
+    /// Returns the block from one position to the other, all axes counted alike in these units;
+    /// `None` without motion.
+    pub(crate) fn over_all_axes(
+        block: usize,
+        from: &AxisValues,
+        to: &ProgramBlock,
+        (axes, units): (&[AxisBounds], &[f64]),
+    ) -> Option<Self> {
+        let way = |k: usize| to.end[k] - from[k];
+        let slowest = |limit: fn(&AxisBounds) -> f64| {
+            let of_axis = (0..axes.len()).map(|k| (way(k).abs() / limit(&axes[k]), k));
+            of_axis.fold((0.0, 0), |most, next| if next.0 > most.0 { next } else { most })
+        };
+        let (time, slow) = slowest(|b| b.velocity);
+        if time <= SHORTEST {
+            return None;
+        }
+        let (square_time, weak) = slowest(|b| b.acceleration);
+        let whole = (0..axes.len()).map(|k| way(k) * units[k]).fold(0.0, f64::hypot);
+        let is_fed = to.tip_time > time;
+        Some(Self {
+            block,
+            whole,
+            speed: whole / time.max(to.tip_time),
+            speed_limit: if is_fed { MotionLimit::TipFeed } else { MotionLimit::Velocity(slow) },
+            acceleration: (whole / square_time, weak),
+            turns: false,
+            direction: AxisValues::from_fn(axes.len(), |k| way(k) * units[k] / whole),
+            exact_stop: to.exact_stop,
+        })
+    }
 }

@@ -3,6 +3,7 @@
 mod checks;
 mod closed_form;
 mod control_programs;
+mod deviation;
 mod machine;
 mod program;
 mod refused;

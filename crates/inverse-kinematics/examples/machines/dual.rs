@@ -77,7 +77,7 @@ fn dual(name: &str, head: [AxisLine; 4]) -> MachineFile {
         let lines: Vec<AxisLine> =
             head.iter().map(|line| numbered(at_home(moved(line.clone(), &bed_from_head)), k + 1)).collect();
         let end = bed_from_head * Isometry3::translation(0.0, 0.0, NOSE);
-        ToolChain { channel: k as u32 + 1, tool_interface: None, rows: rows_from_axes(&lines, &end) }
+        ToolChain { channel: k as u32 + 1, tool_interface: None, rows: rows_from_axes(&lines, &end), lines: None }
     };
     made.tool_chains = place.into_iter().enumerate().map(tool_chain).collect();
     let bed = [

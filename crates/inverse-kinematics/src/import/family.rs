@@ -1,6 +1,6 @@
 use std::fmt;
 
-use nalgebra::Vector3;
+use nalgebra::{Unit, Vector3};
 
 use crate::axes::axis::{AxisKind, AxisLetter, Carrier};
 use crate::axes::axis_values::AxisValues;
@@ -10,7 +10,7 @@ use crate::machine::Machine;
 /// Arrangement of a machine's rotary axes: the kind of machine.
 ///
 /// Written as in shops: `head B, table C`; `table-table A-C` and `head-head C-A`, the axis nearest
-/// to the bed first; `head B (nutating, 45°), table C`.
+/// to the bed first; `head B (nutating, 45° toward +y), table C`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Family {
     /// Rotary axes of the head, from the bed outward.
@@ -28,8 +28,18 @@ pub struct Family {
 pub struct RotaryRole {
     /// The axis.
     pub letter: AxisLetter,
-    /// Angle between it and the spindle with all axes at 0, rad, where that is neither 0 nor 90°.
-    pub nutating: Option<f64>,
+    /// How it leans with all axes at 0, if that is neither along the spindle nor square to it.
+    pub nutating: Option<Nutation>,
+}
+
+/// How an axis leans from the spindle with all axes at 0.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Nutation {
+    /// Angle between its line and the spindle's, rad.
+    pub angle: f64,
+    /// Direction square to the spindle toward which the line leans, followed the way the spindle
+    /// looks: upward for one that looks up. In the table frame.
+    pub toward: Unit<Vector3<f64>>,
 }
 
 /// An axis within this angle of a right one counts as right, rad: the accuracy of workshop
@@ -53,7 +63,7 @@ impl Machine {
         let roles = |all: Vec<&JointLine>| {
             let role = |line: &&JointLine| RotaryRole {
                 letter: self.axes()[line.axis].letter,
-                nutating: oblique(&line.direction, &spindle),
+                nutating: lean(&line.direction, &spindle),
             };
             all.iter().map(role).collect::<Vec<_>>()
         };
@@ -66,10 +76,26 @@ impl Machine {
     }
 }
 
-/// Returns the angle between two lines where it is neither 0 nor 90°.
-fn oblique(a: &Vector3<f64>, b: &Vector3<f64>) -> Option<f64> {
-    let angle = a.cross(b).norm().atan2(a.dot(b).abs());
-    (angle > RIGHT && angle < std::f64::consts::FRAC_PI_2 - RIGHT).then_some(angle)
+/// Returns how a line leans from the spindle, if neither along it nor square to it.
+fn lean(line: &Vector3<f64>, spindle: &Vector3<f64>) -> Option<Nutation> {
+    let angle = line.cross(spindle).norm().atan2(line.dot(spindle).abs());
+    let is_oblique = angle > RIGHT && angle < std::f64::consts::FRAC_PI_2 - RIGHT;
+    is_oblique.then(|| {
+        let along = line.dot(spindle);
+        Nutation { angle, toward: Unit::new_normalize((line - spindle * along) * along.signum()) }
+    })
+}
+
+impl fmt::Display for Nutation {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}° toward ", Trimmed(self.angle.to_degrees()))?;
+        let names = ["+x", "-x", "+y", "-y", "+z", "-z"];
+        let along = |k: usize| Vector3::ith(k / 2, if k.is_multiple_of(2) { 1.0 } else { -1.0 });
+        match (0..6).find(|&k| self.toward.cross(&along(k)).norm() < RIGHT && self.toward.dot(&along(k)) > 0.0) {
+            Some(k) => f.write_str(names[k]),
+            None => write!(f, "({}, {}, {})", Trimmed(self.toward.x), Trimmed(self.toward.y), Trimmed(self.toward.z)),
+        }
+    }
 }
 
 impl fmt::Display for Family {
@@ -78,9 +104,9 @@ impl fmt::Display for Family {
             let letters: Vec<&str> = roles.iter().map(|r| r.letter.as_str()).collect();
             let oblique = roles.iter().filter_map(|r| r.nutating.map(|a| (r.letter, a)));
             let notes: Vec<String> = oblique
-                .map(|(letter, angle)| match roles.len() {
-                    1 => format!("nutating, {}°", Trimmed(angle)),
-                    _ => format!("{letter} nutating, {}°", Trimmed(angle)),
+                .map(|(letter, nutation)| match roles.len() {
+                    1 => format!("nutating, {nutation}"),
+                    _ => format!("{letter} nutating, {nutation}"),
                 })
                 .collect();
             let notes = if notes.is_empty() { String::new() } else { format!(" ({})", notes.join("; ")) };
@@ -95,12 +121,12 @@ impl fmt::Display for Family {
     }
 }
 
-/// An angle in degrees with four digits, zeros at the end left out.
+/// A number with four digits, zeros at the end left out.
 struct Trimmed(f64);
 
 impl fmt::Display for Trimmed {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let text = format!("{:.4}", self.0.to_degrees());
+        let text = format!("{:.4}", self.0 + 0.0);
         f.write_str(text.trim_end_matches('0').trim_end_matches('.'))
     }
 }

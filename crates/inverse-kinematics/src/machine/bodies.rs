@@ -1,8 +1,9 @@
 use facemill_cl_data::{PlacedSolid, RoundBox, RoundFrustum, RoundHull, Solid};
-use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Vector3};
 
 use crate::axes::axis::Carrier;
 use crate::machine_file::error::MachineError;
+use crate::machine_file::line_chain::pose;
 use crate::machine_file::{BodyFile, ShapeFile};
 
 /// A body of the machine that must not touch anything on the other side.
@@ -91,6 +92,5 @@ pub(crate) fn solid_of(body: &BodyFile) -> Result<Solid, MachineError> {
 
 /// Returns the pose of a body in its link's frame.
 pub(crate) fn pose_of(body: &BodyFile) -> Isometry3<f64> {
-    let [x, y, z] = body.rotation_xyz_deg.map(f64::to_radians);
-    Isometry3::from_parts(Translation3::from(body.position_mm), UnitQuaternion::from_euler_angles(x, y, z))
+    pose(body.position_mm, body.rotation_xyz_deg)
 }

@@ -1,5 +1,5 @@
 use facemill_cl_data::PlacedSolid;
-use nalgebra::{Isometry3, Point3, Translation3, Unit, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Point3, Unit, Vector3};
 
 use crate::axes::axis::{Axis, AxisKind, AxisLetter, Carrier};
 use crate::axes::axis_values::AxisValues;
@@ -7,7 +7,8 @@ use crate::machine::Machine;
 use crate::machine::bodies::{LinkId, MachineBody, pose_of, solid_of};
 use crate::machine::check::{check_assumed, check_bodies, check_feed, check_motion, check_name, check_row, joint_axis};
 use crate::machine::heads::OtherChain;
-use crate::machine_file::error::MachineError;
+use crate::machine::line_rows::{ChainFields, RowFile};
+use crate::machine_file::error::{FieldProblem, MachineError};
 use crate::machine_file::{BodyFile, DhRow, Joint, MachineFile, Sense};
 use crate::solver::Solver;
 use crate::solver::inverse_solution::OwnAxes;
@@ -18,6 +19,10 @@ struct WalkedChain {
     /// Axis, sense and frame of every joint, from the bed outward; the joint acts along or about
     /// the frame's z.
     joints: Vec<(Axis, Sense, Isometry3<f64>)>,
+    /// Fields of the joints: those of their rows or lines.
+    fields: Vec<String>,
+    /// Whether the chain was given by lines.
+    by_lines: bool,
     /// Frame behind every row.
     bed_from_link: Vec<Isometry3<f64>>,
     /// Joints up to and including every row.
@@ -40,17 +45,20 @@ pub(crate) fn build(file: MachineFile) -> Result<Machine, MachineError> {
 
 /// Validates a file and sets up a view for each of its heads.
 pub(crate) fn build_heads(file: MachineFile) -> Result<Vec<Machine>, MachineError> {
+    let file = RowFile::of(file)?;
     let walked = Walked::new(&file)?;
-    (0..walked.heads.len()).map(|head| walked.view(file.clone(), head)).collect()
+    (0..walked.heads.len()).map(|head| walked.view(file.file.clone(), head)).collect()
 }
 
 /// Sets up the view of one head as [`build_heads`] does.
 pub(crate) fn build_view(file: MachineFile, head: usize) -> Result<Machine, MachineError> {
-    Walked::new(&file)?.view(file, head)
+    let file = RowFile::of(file)?;
+    Walked::new(&file)?.view(file.file, head)
 }
 
 impl Walked {
-    fn new(file: &MachineFile) -> Result<Self, MachineError> {
+    fn new(row_file: &RowFile) -> Result<Self, MachineError> {
+        let file = &row_file.file;
         check_name("name", &file.name)?;
         check_assumed(file)?;
         check_motion(&file.motion)?;
@@ -60,14 +68,15 @@ impl Walked {
         if !(1..=2).contains(&n_heads) {
             return Err(MachineError::HeadCount { n_heads });
         }
-        let table = walk("workpiece_chain", &file.workpiece_chain.rows, Carrier::Table)?;
+        let table = walk(&row_file.table, &file.workpiece_chain.rows, Carrier::Table)?;
         let mut heads = Vec::new();
-        for (k, chain) in file.tool_chains.iter().enumerate() {
-            heads.push(walk(&format!("tool_chains[{k}]"), &chain.rows, Carrier::Head)?);
+        for (fields, chain) in row_file.heads.iter().zip(&file.tool_chains) {
+            heads.push(walk(fields, &chain.rows, Carrier::Head)?);
         }
-        refuse_duplicates(file, &table, &heads)?;
+        refuse_duplicates(&table, &heads)?;
         for (head, chain) in heads.iter().enumerate() {
             refuse_structure(&table, head, chain)?;
+            refuse_one_line(&table, chain)?;
         }
         if n_heads > 1 && table.joints.is_empty() {
             return Err(MachineError::NothingShared);
@@ -167,29 +176,25 @@ impl WalkedChain {
     }
 }
 
-/// Returns the transform of Craig's modified convention: RotX(alpha) · TransX(a) · RotZ(theta) ·
-/// TransZ(d).
-fn dh_transform(row: &DhRow) -> Isometry3<f64> {
-    let about_x = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), row.alpha_deg.to_radians());
-    let about_z = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), row.theta_deg.to_radians());
-    Isometry3::from_parts(Translation3::identity(), about_x)
-        * Translation3::new(row.a_mm, 0.0, 0.0)
-        * about_z
-        * Translation3::new(0.0, 0.0, row.d_mm)
-}
-
-fn walk(chain: &str, rows: &[DhRow], carrier: Carrier) -> Result<WalkedChain, MachineError> {
-    let mut walked = WalkedChain { joints: Vec::new(), bed_from_link: Vec::new(), joints_up_to: Vec::new() };
+fn walk(fields: &ChainFields, rows: &[DhRow], carrier: Carrier) -> Result<WalkedChain, MachineError> {
+    let mut walked = WalkedChain {
+        joints: Vec::new(),
+        fields: Vec::new(),
+        by_lines: fields.by_lines,
+        bed_from_link: Vec::new(),
+        joints_up_to: Vec::new(),
+    };
     for (k, row) in rows.iter().enumerate() {
-        let field = format!("{chain}.rows[{k}]");
-        check_row(&field, row)?;
-        let frame = walked.end() * dh_transform(row);
+        let field = fields.joint(k, walked.joints.len());
+        check_row(&field, row).map_err(|e| fields.of_line(&field, row, e))?;
+        let frame = walked.end() * row.transform();
         if let Some(joint) = &row.joint {
             let sense = match joint {
                 Joint::Prismatic(j) => j.sense,
                 Joint::Revolute(j) => j.sense,
             };
             walked.joints.push((joint_axis(&field, joint, carrier)?, sense, frame));
+            walked.fields.push(field);
         }
         walked.bed_from_link.push(frame);
         walked.joints_up_to.push(walked.joints.len());
@@ -197,16 +202,16 @@ fn walk(chain: &str, rows: &[DhRow], carrier: Carrier) -> Result<WalkedChain, Ma
     Ok(walked)
 }
 
-fn refuse_duplicates(file: &MachineFile, table: &WalkedChain, heads: &[WalkedChain]) -> Result<(), MachineError> {
-    let mut seen: Vec<AxisLetter> = table.joints.iter().map(|j| j.0.letter).collect();
-    let repeated = (1..seen.len()).find(|&k| seen[..k].contains(&seen[k]));
-    if let Some(k) = repeated {
-        return Err(duplicate("workpiece_chain", &file.workpiece_chain.rows, k, seen[k]));
-    }
-    for (h, head) in heads.iter().enumerate() {
-        for (k, (axis, ..)) in head.joints.iter().enumerate() {
+fn refuse_duplicates(table: &WalkedChain, heads: &[WalkedChain]) -> Result<(), MachineError> {
+    let mut seen: Vec<AxisLetter> = Vec::new();
+    for chain in std::iter::once(table).chain(heads) {
+        for ((axis, ..), field) in chain.joints.iter().zip(&chain.fields) {
             if seen.contains(&axis.letter) {
-                return Err(duplicate(&format!("tool_chains[{h}]"), &file.tool_chains[h].rows, k, axis.letter));
+                return Err(MachineError::Field {
+                    field: format!("{field}.joint"),
+                    axis: Some(axis.letter.to_string()),
+                    problem: FieldProblem::DuplicateAxis,
+                });
             }
             seen.push(axis.letter);
         }
@@ -214,13 +219,33 @@ fn refuse_duplicates(file: &MachineFile, table: &WalkedChain, heads: &[WalkedCha
     Ok(())
 }
 
-fn duplicate(chain: &str, rows: &[DhRow], joint: usize, letter: AxisLetter) -> MachineError {
-    let row = rows.iter().enumerate().filter(|(_, r)| r.joint.is_some()).nth(joint).map_or(0, |(k, _)| k);
-    MachineError::Field {
-        field: format!("{chain}.rows[{row}].joint"),
-        axis: Some(letter.to_string()),
-        problem: crate::machine_file::error::FieldProblem::DuplicateAxis,
+/// Refuses two rotary axes on one line with no other between them, where one of them is given by
+/// its line: they turn as one in every pose.
+fn refuse_one_line(table: &WalkedChain, head: &WalkedChain) -> Result<(), MachineError> {
+    // Parallel to rounding of directions, and nearer than the rounding of places, mm: lines that
+    // differ by more are refused as parallel, or used.
+    const PARALLEL: f64 = 1e-12;
+    const APART: f64 = 1e-9;
+    let joints = |chain: &'_ WalkedChain| {
+        let each = chain.joints.iter().zip(&chain.fields).filter(|((axis, ..), _)| axis.kind == AxisKind::Rotary);
+        each.map(|((axis, _, frame), field)| (axis.letter, *frame, field.clone())).collect::<Vec<_>>()
+    };
+    let mut all = joints(table);
+    all.reverse();
+    all.extend(joints(head));
+    for pair in all.windows(2) {
+        let [(other, first, first_field), (axis, second, field)] = pair else { continue };
+        let [z, along] = [first, second].map(|frame| frame.rotation * Vector3::z());
+        let between = second.translation.vector - first.translation.vector;
+        if z.cross(&along).norm() < PARALLEL && z.cross(&between).norm() < APART && (table.by_lines || head.by_lines) {
+            return Err(MachineError::Field {
+                field: field.clone(),
+                axis: Some(axis.to_string()),
+                problem: FieldProblem::OnLineOf { other: other.to_string(), field: first_field.clone() },
+            });
+        }
     }
+    Ok(())
 }
 
 fn refuse_structure(table: &WalkedChain, head: usize, chain: &WalkedChain) -> Result<(), MachineError> {

@@ -5,9 +5,9 @@ use crate::machine_file::{
     BodyFile, DhRow, FeedFile, Joint, MachineFile, MotionFile, PrismaticJoint, RevoluteJoint, RevoluteRange, ShapeFile,
 };
 
-type Checked = Result<(), MachineError>;
+pub(crate) type Checked = Result<(), MachineError>;
 
-fn fail(field: String, axis: Option<&str>, problem: FieldProblem) -> MachineError {
+pub(crate) fn fail(field: String, axis: Option<&str>, problem: FieldProblem) -> MachineError {
     MachineError::Field { field, axis: axis.map(str::to_owned), problem }
 }
 
@@ -18,12 +18,12 @@ pub(crate) fn check_name(field: &str, name: &str) -> Checked {
     Ok(())
 }
 
-fn finite(field: String, axis: Option<&str>, value: f64) -> Checked {
+pub(crate) fn finite(field: String, axis: Option<&str>, value: f64) -> Checked {
     if value.is_finite() { Ok(()) } else { Err(fail(field, axis, FieldProblem::NotFinite)) }
 }
 
 /// Checks that a value is in the range of its key.
-fn limited(field: String, axis: Option<&str>, value: f64) -> Checked {
+pub(crate) fn limited(field: String, axis: Option<&str>, value: f64) -> Checked {
     finite(field.clone(), axis, value)?;
     beyond_limits(&field, value).map_or(Ok(()), |problem| Err(fail(field, axis, problem)))
 }
@@ -41,7 +41,7 @@ fn not_negative(field: String, axis: Option<&str>, value: f64) -> Checked {
 /// Largest length on a machine, mm: a kilometre.
 const FARTHEST: f64 = 1e6;
 
-fn length(field: String, axis: Option<&str>, value: f64) -> Checked {
+pub(crate) fn length(field: String, axis: Option<&str>, value: f64) -> Checked {
     finite(field.clone(), axis, value)?;
     let is_near = value.abs() <= FARTHEST;
     if is_near { Ok(()) } else { Err(fail(field, axis, FieldProblem::TooFar { value, largest: FARTHEST })) }

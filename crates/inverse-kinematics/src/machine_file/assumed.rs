@@ -20,7 +20,7 @@ pub struct AssumedFile {
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum AssumedValue {
-    /// Places and directions of axes: the rows of the chains.
+    /// Places and directions of axes: the rows or lines of the chains.
     Dimensions,
     /// Smallest and largest values.
     Limits,
@@ -78,8 +78,12 @@ impl Joint {
 impl MachineFile {
     /// The joints of all chains: the workpiece's from the bed outward, then each tool chain's.
     pub fn joints(&self) -> impl Iterator<Item = &Joint> {
-        let rows = self.workpiece_chain.rows.iter().chain(self.tool_chains.iter().flat_map(|c| &c.rows));
-        rows.filter_map(|row| row.joint.as_ref())
+        let table = (&self.workpiece_chain.rows, &self.workpiece_chain.lines);
+        let heads = self.tool_chains.iter().map(|chain| (&chain.rows, &chain.lines));
+        std::iter::once(table).chain(heads).flat_map(|(rows, lines)| {
+            let of_rows = rows.iter().filter_map(|row| row.joint.as_ref());
+            of_rows.chain(lines.iter().flat_map(|lines| &lines.axes).map(|line| &line.joint))
+        })
     }
 
     /// Whether this value of an axis, given by its address, is an assumed one.

@@ -162,6 +162,34 @@ pub enum FieldProblem {
          share belongs in workpiece_chain alone"
     )]
     DuplicateAxis,
+    /// A chain has rows and lines.
+    #[error("are given beside rows: leave one of both out")]
+    BesideRows,
+    /// A direction without length.
+    #[error("is [0, 0, 0], but a direction needs a length above 0")]
+    NoDirection,
+    /// A rotary axis that is given by its direction alone.
+    #[error("is missing: a rotary axis needs a point on its line")]
+    NoPoint,
+    /// A rotary axis on the line of its neighbour: both turn as one.
+    #[error("is on the line of axis {other} ({field}), so that both turn as one: correct point and direction")]
+    OnLineOf {
+        /// The neighbour, nearer to the workpiece.
+        other: String,
+        /// Field of the neighbour.
+        field: String,
+    },
+    /// A line whose row has a length beyond that of any machine.
+    #[error(
+        "makes a row with {value} mm, more than {largest}: the line is nearly parallel to a neighbour and far from it; \
+         correct their directions and points"
+    )]
+    FarRow {
+        /// Length in the row, mm.
+        value: f64,
+        /// Largest length, mm.
+        largest: f64,
+    },
     /// A name is empty.
     #[error("is empty")]
     Empty,

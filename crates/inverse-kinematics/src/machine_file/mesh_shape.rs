@@ -5,7 +5,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::machine_file::error::{FieldProblem, MachineError};
-use crate::machine_file::{BodyFile, DhRow, MachineFile, ShapeFile};
+use crate::machine_file::{BodyFile, DhRow, LineChain, MachineFile, ShapeFile};
 
 /// A body that is the convex hull of a mesh. The hull holds the mesh, so nothing that keeps clear
 /// of it meets the mesh; a casting with a hollow is described by several bodies, one for each
@@ -115,8 +115,10 @@ impl MachineFile {
     fn bodies_mut(&mut self) -> Vec<(String, &mut BodyFile)> {
         let mut all = in_list("bed_bodies", &mut self.bed_bodies);
         all.extend(in_rows("workpiece_chain", &mut self.workpiece_chain.rows));
+        all.extend(in_lines("workpiece_chain", self.workpiece_chain.lines.as_mut()));
         for (k, chain) in self.tool_chains.iter_mut().enumerate() {
             all.extend(in_rows(&format!("tool_chains[{k}]"), &mut chain.rows));
+            all.extend(in_lines(&format!("tool_chains[{k}]"), chain.lines.as_mut()));
         }
         all
     }
@@ -125,6 +127,11 @@ impl MachineFile {
 fn in_rows<'a>(chain: &str, rows: &'a mut [DhRow]) -> Vec<(String, &'a mut BodyFile)> {
     let each = rows.iter_mut().enumerate();
     each.flat_map(|(k, row)| in_list(&format!("{chain}.rows[{k}].bodies"), &mut row.bodies)).collect()
+}
+
+fn in_lines<'a>(chain: &str, lines: Option<&'a mut LineChain>) -> Vec<(String, &'a mut BodyFile)> {
+    let each = lines.into_iter().flat_map(|lines| &mut lines.axes).enumerate();
+    each.flat_map(|(k, line)| in_list(&format!("{chain}.lines.axes[{k}].bodies"), &mut line.bodies)).collect()
 }
 
 fn in_list<'a>(field: &str, bodies: &'a mut [BodyFile]) -> Vec<(String, &'a mut BodyFile)> {

@@ -13,6 +13,10 @@ pub enum MeasuredFamily {
     TableTableAc,
     /// The head tilts about B, the table turns about C.
     HeadTableBc,
+    /// The head turns about a B axis that leans by 45°, the table turns about C.
+    HeadNutatingTableBc,
+    /// A B axis that leans by 45° carries the turning table C.
+    TableTableNutatingBc,
     /// C turns a fork, in which A tilts the spindle.
     HeadHeadCa,
     /// C turns a fork, in which B tilts the spindle.
@@ -21,8 +25,15 @@ pub enum MeasuredFamily {
 
 impl MeasuredFamily {
     /// All families.
-    pub const ALL: [Self; 5] =
-        [Self::TableTableBc, Self::TableTableAc, Self::HeadTableBc, Self::HeadHeadCa, Self::HeadHeadCb];
+    pub const ALL: [Self; 7] = [
+        Self::TableTableBc,
+        Self::TableTableAc,
+        Self::HeadTableBc,
+        Self::HeadNutatingTableBc,
+        Self::TableTableNutatingBc,
+        Self::HeadHeadCa,
+        Self::HeadHeadCb,
+    ];
 
     /// Returns its name: `table-table-bc`.
     pub fn name(self) -> &'static str {
@@ -30,6 +41,8 @@ impl MeasuredFamily {
             Self::TableTableBc => "table-table-bc",
             Self::TableTableAc => "table-table-ac",
             Self::HeadTableBc => "head-table-bc",
+            Self::HeadNutatingTableBc => "head-nutating-table-bc",
+            Self::TableTableNutatingBc => "table-table-nutating-bc",
             Self::HeadHeadCa => "head-head-ca",
             Self::HeadHeadCb => "head-head-cb",
         }
@@ -41,6 +54,8 @@ impl MeasuredFamily {
             Self::TableTableBc => "table-table-b-c",
             Self::TableTableAc => "table-table-a-c",
             Self::HeadTableBc => "head-b-table-c",
+            Self::HeadNutatingTableBc => "head-b-nutating-table-c",
+            Self::TableTableNutatingBc => "table-table-b-c-nutating",
             Self::HeadHeadCa => "head-head-c-a",
             Self::HeadHeadCb => "head-head-c-b",
         }
@@ -50,7 +65,11 @@ impl MeasuredFamily {
     pub fn tilting_axis(self) -> &'static str {
         match self {
             Self::TableTableAc | Self::HeadHeadCa => "A",
-            Self::TableTableBc | Self::HeadTableBc | Self::HeadHeadCb => "B",
+            Self::TableTableBc
+            | Self::HeadTableBc
+            | Self::HeadHeadCb
+            | Self::HeadNutatingTableBc
+            | Self::TableTableNutatingBc => "B",
         }
     }
 
@@ -63,7 +82,29 @@ impl MeasuredFamily {
         match self {
             Self::TableTableBc | Self::TableTableAc => &["table_at", "table_tilt"],
             Self::HeadTableBc => &["table_at", "pivot_length", "pivot_offset"],
+            Self::HeadNutatingTableBc => &["table_at", "pivot_length", "pivot_offset", "lean"],
+            Self::TableTableNutatingBc => &["table_at", "table_tilt", "lean"],
             Self::HeadHeadCa | Self::HeadHeadCb => &["table_at", "pivot_length", "pivot_offset", "c_offset"],
+        }
+    }
+}
+
+/// Direction toward which a tilting axis at 45° leans from z, upward, all axes at 0. The other one
+/// puts C half a turn off for the same tool axis.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MeasuredLean {
+    /// Toward +y.
+    PlusY,
+    /// Toward −y.
+    MinusY,
+}
+
+impl MeasuredLean {
+    /// Returns its name: `+y` or `-y`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::PlusY => "+y",
+            Self::MinusY => "-y",
         }
     }
 }

@@ -1,9 +1,9 @@
 use nalgebra::{Isometry3, Point3, Unit, Vector3};
 
-use crate::import::axis_lines::AxisLine;
 use crate::import::joint_lines::walk;
+use crate::machine_file::axis_lines::AxisLine;
 use crate::machine_file::{DhRow, Joint, MachineFile};
-use crate::measured::family::MeasuredFamily;
+use crate::measured::family::{MeasuredFamily, MeasuredLean};
 use crate::measured::{MeasureError, ReportedValue};
 
 /// Places of table and axes, all rotary axes at 0, in mm along the machine's X, Y, Z by ISO 841.
@@ -19,14 +19,16 @@ pub struct PlaceMeasurements {
     /// A point on the tilting axis of a trunnion, seen from the table's origin. The coordinate
     /// along the axis has no effect.
     pub table_tilt: Option<[f64; 3]>,
-    /// Distance from the spindle nose up to the tilting axis of a head, along the spindle:
-    /// above 0.
+    /// Distance from the spindle nose up to the tilting axis of a head, along the spindle: above 0.
+    /// To an axis at 45° it is that where the axis crosses the spindle.
     pub pivot_length: Option<f64>,
     /// Position of a head's tilting axis beside the spindle's centre line: toward +X of a B axis,
     /// toward +Y of an A axis.
     pub pivot_offset: Option<f64>,
     /// Position in X and Y of the C axis of a fork, seen from the spindle's centre line.
     pub c_offset: Option<[f64; 2]>,
+    /// Direction toward which a tilting axis at 45° leans.
+    pub lean: Option<MeasuredLean>,
 }
 
 /// Largest length, mm: that of machine files.
@@ -69,6 +71,15 @@ impl Lines {
     fn put(&mut self, axis: &str, point: Vector3<f64>) {
         let lines = self.table.iter_mut().chain(&mut self.head);
         lines.filter(|line| line.joint.axis() == axis).for_each(|line| line.point = Point3::from(point));
+    }
+
+    /// Leans an axis toward +y or −y, by the angle that it has.
+    fn lean(&mut self, axis: &str, lean: MeasuredLean) {
+        let sign = if lean == MeasuredLean::PlusY { 1.0 } else { -1.0 };
+        for line in self.table.iter_mut().chain(&mut self.head).filter(|line| line.joint.axis() == axis) {
+            let d = line.direction;
+            line.direction = Unit::new_unchecked(Vector3::new(d.x, sign * d.y.abs(), d.z));
+        }
     }
 
     /// Moves table, nose and axes to the measured places. `signs` has −1 for each of X, Y, Z whose
@@ -120,6 +131,18 @@ impl Lines {
             let offset = resolve("c_offset", measured.c_offset.map(Vec::from), &[preset.x, preset.y], &["C"]);
             self.put("C", nose + Vector3::new(offset[0], offset[1], 0.0));
         }
+        if has("lean") {
+            let lean = measured.lean.unwrap_or(MeasuredLean::PlusY);
+            values.push(ReportedValue {
+                key: "lean",
+                text: lean.name().to_owned(),
+                is_measured: measured.lean.is_some(),
+            });
+            if measured.lean.is_none() {
+                unmeasured.push(tilting);
+            }
+            self.lean(tilting, lean);
+        }
         unmeasured.dedup();
         let unmeasured = unmeasured.into_iter().map(str::to_owned).collect();
         self.nose = nose;
@@ -144,6 +167,10 @@ impl Lines {
             if let Some(&value) = value.iter().find(|v| v.is_nan() || v.abs() > LARGEST) {
                 return Err(MeasureError::Length { key, value, most: LARGEST });
             }
+        }
+        if measured.lean.is_some() && !self.family.places().contains(&"lean") {
+            let known = self.family.places().join(", ");
+            return Err(MeasureError::NotOfFamily { key: "lean", family: self.family, known });
         }
         match measured.pivot_length {
             Some(value) if value <= 0.0 => Err(MeasureError::PivotLength { value }),

@@ -72,8 +72,8 @@ pub fn file(workpiece: Vec<DhRow>, tool: Vec<DhRow>) -> MachineFile {
         name: "test machine".to_owned(),
         source: None,
         assumed: Vec::new(),
-        workpiece_chain: WorkpieceChain { rows: workpiece },
-        tool_chains: vec![ToolChain { channel: 1, tool_interface: None, rows: tool }],
+        workpiece_chain: WorkpieceChain { rows: workpiece, lines: None },
+        tool_chains: vec![ToolChain { channel: 1, tool_interface: None, rows: tool, lines: None }],
         bed_bodies: Vec::new(),
         motion: MotionFile {
             cutting: CuttingLawFile::AxesLinear,

@@ -44,9 +44,9 @@ fn families_are_called_what_shops_call_them() {
     for (machine, name) in [
         (Machine::head_b_table_c().unwrap(), "head B, table C"),
         (trunnion_ac(Sense::Negative, [0.0; 3], 0.0, 50.0, None), "table-table A-C"),
-        (nutating_head(), "head B (nutating, 45°), table C"),
+        (nutating_head(), "head B (nutating, 45° toward +y), table C"),
         (head_ca(), "head-head C-A"),
-        (head(nutating_fork), "head-head C-B (B nutating, 40°)"),
+        (head(nutating_fork), "head-head C-B (B nutating, 40° toward +y)"),
     ] {
         let family = machine.family();
         assert_eq!(family.to_string(), name);

@@ -189,7 +189,7 @@ fn units_vectors_and_known_speeds_are_taken() {
     assert!((x.max_velocity - 500.0).abs() < 1e-9 && (x.max - 1000.0).abs() < 1e-9);
     assert!((b.max - 1.0).abs() < 1e-12 && (b.max_velocity.to_degrees() - 120.0).abs() < 1e-9);
     assert!((machine.cl_point(&AxisValues::zeros(5), 0.0).tip.z - 635.0).abs() < 1e-9);
-    assert_eq!(machine.family().to_string(), "table-table B-C (B nutating, 45°)");
+    assert_eq!(machine.family().to_string(), "table-table B-C (B nutating, 45° toward +y)");
 }
 
 #[test]

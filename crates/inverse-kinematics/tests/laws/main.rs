@@ -13,6 +13,7 @@ mod family;
 mod heads;
 mod import;
 mod inverse;
+mod line_files;
 mod machine_file;
 mod measured;
 mod motion;

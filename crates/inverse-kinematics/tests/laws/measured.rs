@@ -21,6 +21,12 @@ fn about_z(angle: f64) -> Matrix3<f64> {
     Matrix3::new(c, -s, 0.0, s, c, 0.0, 0.0, 0.0, 1.0)
 }
 
+/// Turn about a line at 45° between z and y: z goes to the line, turns there, and goes back.
+fn about_oblique(lean: MeasuredLean, angle: f64) -> Matrix3<f64> {
+    let to_line = about_x(if lean == MeasuredLean::PlusY { -1.0 } else { 1.0 } * std::f64::consts::FRAC_PI_4);
+    to_line * about_z(angle) * to_line.transpose()
+}
+
 /// Tip and tool axis in the table frame, by hand for each family: `q` has the readings of X, Y, Z,
 /// the tilting axis and C, `signs` −1 for those that count against ISO 841.
 fn by_hand(
@@ -35,7 +41,11 @@ fn by_hand(
     let nose = Vector3::from([0, 1, 2].map(|k| signs[k] * (q[k] - at[k])));
     let [tilt, c] = [3, 4].map(|k| signs[k] * q[k]);
     let up = Vector3::z();
-    let tilted = if family.tilting_axis() == "A" { about_x(tilt) } else { about_y(tilt) };
+    let tilted = match (m.lean, family.tilting_axis()) {
+        (Some(lean), _) => about_oblique(lean, tilt),
+        (None, "A") => about_x(tilt),
+        (None, _) => about_y(tilt),
+    };
     let on_trunnion = |point: [f64; 3]| {
         let point = Vector3::from(point);
         let tip = nose - up * length;
@@ -51,8 +61,12 @@ fn by_hand(
         (nose + to_c + about_z(c) * (to_pivot() - to_c + from_pivot()), about_z(c) * tilted * up)
     };
     match family {
-        MeasuredFamily::TableTableBc | MeasuredFamily::TableTableAc => on_trunnion(m.table_tilt.unwrap()),
-        MeasuredFamily::HeadTableBc => (about_z(c) * (nose + to_pivot() + from_pivot()), about_z(c) * tilted * up),
+        MeasuredFamily::TableTableBc | MeasuredFamily::TableTableAc | MeasuredFamily::TableTableNutatingBc => {
+            on_trunnion(m.table_tilt.unwrap())
+        }
+        MeasuredFamily::HeadTableBc | MeasuredFamily::HeadNutatingTableBc => {
+            (about_z(c) * (nose + to_pivot() + from_pivot()), about_z(c) * tilted * up)
+        }
         MeasuredFamily::HeadHeadCa | MeasuredFamily::HeadHeadCb => in_fork(),
         other => panic!("no formula for {other}"),
     }
@@ -60,7 +74,8 @@ fn by_hand(
 
 fn random_places(r: &mut Random, family: MeasuredFamily) -> PlaceMeasurements {
     let mut near = |size: f64| if r.below(4) == 0 { 0.0 } else { r.between(-size, size) };
-    let on_table = matches!(family, MeasuredFamily::TableTableBc | MeasuredFamily::TableTableAc);
+    let on_table = family.name().starts_with("table-table");
+    let leans = family.name().contains("nutating");
     let is_fork = matches!(family, MeasuredFamily::HeadHeadCa | MeasuredFamily::HeadHeadCb);
     PlaceMeasurements {
         table_at: Some([near(900.0), near(900.0), near(1500.0)]),
@@ -68,6 +83,7 @@ fn random_places(r: &mut Random, family: MeasuredFamily) -> PlaceMeasurements {
         pivot_length: (!on_table).then(|| 250.0 + near(100.0)),
         pivot_offset: (!on_table).then(|| near(30.0)),
         c_offset: is_fork.then(|| [near(50.0), near(50.0)]),
+        lean: leans.then(|| if near(1.0) < 0.0 { MeasuredLean::MinusY } else { MeasuredLean::PlusY }),
     }
 }
 
@@ -206,6 +222,41 @@ fn senses_of_rotary_axes_are_assumed_until_they_are_stated() {
     }
 }
 
+/// The same tool axis needs the same B, and C half a turn off; the preset leans toward +y.
+#[test]
+fn the_other_lean_turns_c_by_half_a_turn() {
+    let mut r = Random(4107);
+    for family in [MeasuredFamily::HeadNutatingTableBc, MeasuredFamily::TableTableNutatingBc] {
+        let leaning = |lean| {
+            let places = PlaceMeasurements { lean, ..PlaceMeasurements::default() };
+            let wide = AxisMeasurement { limits: Some(AxisLimits::Between(-9e3, 9e3)), ..AxisMeasurement::default() };
+            let axes = ["X", "Y", "Z"].map(|axis| AxisMeasurement { axis: axis.to_owned(), ..wide.clone() });
+            built(family, &Measurements { places, axes: axes.into() })
+        };
+        let [plus, minus] = [MeasuredLean::PlusY, MeasuredLean::MinusY].map(|lean| leaning(Some(lean)));
+        assert_eq!(leaning(None).to_file().tool_chains, plus.to_file().tool_chains);
+        assert!(plus.family().to_string().contains("nutating, 45° toward +y"), "{}", plus.family());
+        assert!(minus.family().to_string().contains("nutating, 45° toward -y"), "{}", minus.family());
+        for _ in 0..200 {
+            let cl = plus.cl_point(&random_values(&mut r, &plus), 80.0);
+            let [of_plus, of_minus] = [&plus, &minus].map(|machine| machine.inverse(&cl, 80.0).unwrap());
+            assert_eq!(of_plus.len(), of_minus.len());
+            for one in of_plus.iter() {
+                let [b, c] = [one.values[3], one.values[4] + std::f64::consts::PI];
+                let apart = |other: AxisValues| (other[3] - b).abs().max(2.0 * (0.5 * (other[4] - c)).sin().abs());
+                let off = of_minus.iter().map(|other| apart(other.values)).fold(f64::INFINITY, f64::min);
+                assert!(off < 1e-9, "{family}: {off:e} rad at {cl:?}");
+            }
+        }
+    }
+    let places = PlaceMeasurements { lean: Some(MeasuredLean::PlusY), ..PlaceMeasurements::default() };
+    let error = machine_from_measurements(MeasuredFamily::HeadTableBc, &Measurements { places, axes: Vec::new() });
+    assert_eq!(
+        error.unwrap_err().to_string(),
+        "lean is no value of head-table-bc, which has table_at, pivot_length, pivot_offset"
+    );
+}
+
 /// Puts a reported value back as a measured one.
 fn put_back(measured: &mut Measurements, value: &ReportedValue) {
     let numbers = |text: &str| text.split(',').map(|v| v.parse::<f64>().unwrap()).collect::<Vec<_>>();
@@ -215,6 +266,7 @@ fn put_back(measured: &mut Measurements, value: &ReportedValue) {
         "table_tilt" => places.table_tilt = Some(numbers(&value.text).try_into().unwrap()),
         "pivot_length" => places.pivot_length = Some(numbers(&value.text)[0]),
         "pivot_offset" => places.pivot_offset = Some(numbers(&value.text)[0]),
+        "lean" if value.text == "+y" => places.lean = Some(MeasuredLean::PlusY),
         "c_offset" => places.c_offset = Some(numbers(&value.text).try_into().unwrap()),
         key => {
             let (axis, text) = value.text.split_once('=').unwrap();

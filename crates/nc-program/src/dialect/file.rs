@@ -292,8 +292,13 @@ pub struct ControlMotion {
     pub look_ahead_blocks: u32,
     /// How the control runs blocks that turn a rotary axis.
     pub rotary_blocks: RotaryBlocks,
-    /// How corners are rounded within the tolerance.
+    /// How corners are taken: rounded within the tolerance, or not.
     pub corners: CornerRule,
+    /// Distance by which an arc of the speed of a corner would leave it, with `corners:
+    /// junction_deviation`.
+    #[schemars(range(min = 0, max = 1_000_000))]
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub junction_deviation_um: u32,
     /// Least time of a block: a cycle of the control.
     #[schemars(range(min = 0, max = 1_000_000))]
     #[serde(default)]
@@ -301,6 +306,12 @@ pub struct ControlMotion {
     /// Source of the values; where it is empty reports list them as an assumption.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub checked_against: String,
+}
+
+// serde calls it with a reference.
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "the condition of a field that is left out")]
+fn is_zero(value: &u32) -> bool {
+    *value == 0
 }
 
 impl Default for ControlMotion {
@@ -311,6 +322,7 @@ impl Default for ControlMotion {
             look_ahead_blocks: 1000,
             rotary_blocks: RotaryBlocks::LookedAhead,
             corners: CornerRule::Spline,
+            junction_deviation_um: 0,
             cycle_us: 0,
             checked_against: String::new(),
         }
@@ -365,7 +377,7 @@ pub enum RotaryBlocks {
     Stopped,
 }
 
-/// How a control rounds corners within its tolerance.
+/// How a control takes corners.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
@@ -374,6 +386,8 @@ pub enum CornerRule {
     Spline,
     /// By an arc between two lines.
     Arcs,
+    /// Not at all: the axes keep to the lines and slow down, all axes alike.
+    JunctionDeviation,
 }
 
 /// Decimals of words.

@@ -31,6 +31,17 @@ fn dialect_files_say_what_the_types_say_and_nothing_else() {
     assert!(check("\"end\": \"H{register}\"", "\"end\": \"H{length}\"").contains("holds {length}"));
     assert!(check("facemill-dialect/1", "facemill-dialect/2").contains("format"));
     assert!(check("\"max_length\": 500", "\"max_length\": 5").contains("lines.max_length"));
+    // Corners on the lines need a distance, and the limit of acceleration.
+    let corners = |to: &str| check("\"corners\": \"spline\"", to);
+    let message = corners("\"corners\": \"junction_deviation\"");
+    assert!(
+        message.starts_with("dialect file, control_motion.junction_deviation_um: is 0: it must be from 1"),
+        "{message}"
+    );
+    let message = corners("\"corners\": \"spline\", \"junction_deviation_um\": 10");
+    assert!(message.starts_with("dialect file, control_motion.junction_deviation_um: is 10: it must be"), "{message}");
+    let message = corners("\"corners\": \"junction_deviation\", \"junction_deviation_um\": 10");
+    assert!(message.starts_with("dialect file, control_motion.limited_by: is modelled as"), "{message}");
 }
 
 #[test]

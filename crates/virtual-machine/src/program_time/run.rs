@@ -2,11 +2,11 @@
 
 use facemill_cl_data::{ControlTolerance, RapidLaw};
 use facemill_feedrate::{
-    AxisBounds, MissingLimit, MotionLimit, ProgramBlock, ProgramSettings, TrapezoidSettings, machine_bounds,
-    program_law, program_law_of, trapezoid_law, within_look_ahead,
+    AxisBounds, DeviationSettings, MissingLimit, MotionLimit, ProgramBlock, ProgramSettings, TrapezoidSettings,
+    deviation_law, machine_bounds, program_law, program_law_of, trapezoid_law, within_look_ahead,
 };
 use facemill_inverse_kinematics::{Axis, AxisKind, AxisValues, Machine};
-use facemill_nc_program::dialect::{ControlMotion, LimitedBy, RotaryBlocks};
+use facemill_nc_program::dialect::{ControlMotion, CornerRule, LimitedBy, RotaryBlocks};
 
 use crate::program_time::tolerance::{Levers, MachineView, blend_tolerance, moving};
 use crate::program_time::vectors::{Evened, VectorRounding, evened};
@@ -149,15 +149,20 @@ impl<'a> Timer<'a> {
 
     /// The law of a control that limits acceleration alone.
     fn by_trapezoids(&self, run: &MotionRun, control: &ControlMotion) -> Result<RunLaw, String> {
-        let settings = TrapezoidSettings {
-            tolerance: self.tolerance.path,
-            look_ahead: control.look_ahead_blocks as usize,
-            cycle: f64::from(control.cycle_us) * 1e-6,
+        let look_ahead = control.look_ahead_blocks as usize;
+        let is_linear = self.linear_axes();
+        let axes = (self.bounds.as_slice(), is_linear.as_slice());
+        let keeps_to_lines = control.corners == CornerRule::JunctionDeviation;
+        let law = if keeps_to_lines {
+            let deviation = f64::from(control.junction_deviation_um) * 1e-3;
+            deviation_law(&run.start, &run.blocks, axes, &DeviationSettings { deviation, look_ahead })
+        } else {
+            let (tolerance, cycle) = (self.tolerance.path, f64::from(control.cycle_us) * 1e-6);
+            trapezoid_law(&run.start, &run.blocks, axes, &TrapezoidSettings { tolerance, look_ahead, cycle })
         };
-        let axes = (self.bounds.as_slice(), self.linear_axes());
-        let law = trapezoid_law(&run.start, &run.blocks, (axes.0, &axes.1), &settings).map_err(|e| e.to_string())?;
+        let law = law.map_err(|e| e.to_string())?;
         let limits = if run.is_rapid || !self.tells_limits { Vec::new() } else { law.limits };
-        let stops_at_corners = self.tolerance.path <= 0.0;
+        let stops_at_corners = !keeps_to_lines && self.tolerance.path <= 0.0;
         Ok(RunLaw { times: law.times, peak_times: law.peak_times, limits, stops_at_corners })
     }
 

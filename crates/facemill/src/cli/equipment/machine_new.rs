@@ -6,8 +6,8 @@ use std::process::ExitCode;
 use clap::Args;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use facemill::inverse_kinematics::measured::{
-    AxisLimits, AxisMeasurement, MeasureError, MeasuredFamily, MeasuredMachine, MeasuredSense, Measurements,
-    PlaceMeasurements, machine_from_measurements,
+    AxisLimits, AxisMeasurement, MeasureError, MeasuredFamily, MeasuredLean, MeasuredMachine, MeasuredSense,
+    Measurements, PlaceMeasurements, machine_from_measurements,
 };
 use facemill::inverse_kinematics::{Machine, MachineError};
 use facemill::{Failure, files};
@@ -44,6 +44,9 @@ pub(crate) struct NewMachineArguments {
     /// Fork: C axis, seen from the spindle's centre line, mm
     #[arg(long, value_name = "X,Y", value_parser = numbers::<2>, allow_hyphen_values = true)]
     c_offset: Option<[f64; 2]>,
+    /// Nutating axis: direction toward which it leans from z, upward, with the axes at 0
+    #[arg(long, value_name = "+y|-y", value_parser = lean, allow_hyphen_values = true)]
+    lean: Option<MeasuredLean>,
     /// Limits of an axis, mm or deg: X=-400:400, C=endless; for several axes several times
     #[arg(long, value_name = "AXIS=MIN:MAX", value_parser = limits)]
     limits: Vec<(String, AxisLimits)>,
@@ -66,6 +69,9 @@ pub(crate) struct NewMachineArguments {
     /// for --sense AXIS=reversed
     #[arg(long, value_name = "AXIS", value_parser = axis_name)]
     reversed: Vec<String>,
+    /// Write the lines of the axes in place of rows
+    #[arg(long)]
+    lines: bool,
 }
 
 pub(crate) fn run(arguments: &NewMachineArguments) -> Result<ExitCode, Failure> {
@@ -76,6 +82,9 @@ pub(crate) fn run(arguments: &NewMachineArguments) -> Result<ExitCode, Failure> 
         made.file.name.clone_from(name);
     }
     let machine = Machine::from_file(made.file.clone()).map_err(|e| Failure::Internal(e.to_string()))?;
+    if arguments.lines {
+        made.file = made.file.by_lines();
+    }
     if !arguments.force && out.symlink_metadata().is_ok() {
         return Err(Failure::input(out, "exists; --force replaces it"));
     }
@@ -184,6 +193,7 @@ fn measurements(arguments: &NewMachineArguments) -> Result<Measurements, Failure
         pivot_length: arguments.pivot_length,
         pivot_offset: arguments.pivot_offset,
         c_offset: arguments.c_offset,
+        lean: arguments.lean,
     };
     Ok(Measurements { places, axes: axes.0 })
 }
@@ -269,6 +279,11 @@ fn split_axis(text: &str) -> Result<(String, &str), String> {
 fn axis_value(text: &str) -> Result<(String, f64), String> {
     let (axis, value) = split_axis(text)?;
     Ok((axis, finite(value)?))
+}
+
+fn lean(text: &str) -> Result<MeasuredLean, String> {
+    let leans = [MeasuredLean::PlusY, MeasuredLean::MinusY];
+    leans.into_iter().find(|lean| lean.name() == text.trim()).ok_or_else(|| format!("\"{text}\" is neither +y nor -y"))
 }
 
 fn sense(text: &str) -> Result<(String, MeasuredSense), String> {

@@ -1,5 +1,6 @@
 use nalgebra::{Isometry3, Point3, Translation3, Unit, UnitQuaternion, Vector3};
 
+use crate::machine_file::line_chain::pose;
 use crate::machine_file::{BodyFile, DhRow, Joint};
 
 /// Joint given by the line it moves along or turns about, with all axes at 0. The frame is the
@@ -170,13 +171,14 @@ impl Chain {
 }
 
 /// Removes rounding from a number that was meant to be shorter, and the sign from 0.
-fn clean(value: f64) -> f64 {
+pub(crate) fn clean(value: f64) -> f64 {
     let short = (value * 1e9).round() / 1e9;
     if (value - short).abs() < 1e-12 { short + 0.0 } else { value }
 }
 
-fn move_body(body: &mut BodyFile, frame_from_bed: &Isometry3<f64>) {
-    let pose = frame_from_bed * crate::machine::bodies::pose_of(body);
+/// Gives a body's pose in another frame.
+pub(crate) fn move_body(body: &mut BodyFile, to_from: &Isometry3<f64>) {
+    let pose = to_from * pose(body.position_mm, body.rotation_xyz_deg);
     body.position_mm = pose.translation.vector.map(clean).into();
     body.rotation_xyz_deg = angles_xyz(&pose.rotation).map(|angle| clean(angle.to_degrees()));
 }
@@ -185,7 +187,7 @@ fn move_body(body: &mut BodyFile, frame_from_bed: &Isometry3<f64>) {
 ///
 /// Near ±90° about y, where x and z turn about one line, the angle about x takes what the rounded
 /// one about z leaves, so that the product keeps all digits; an arc sine would lose half of them.
-fn angles_xyz(rotation: &UnitQuaternion<f64>) -> [f64; 3] {
+pub(crate) fn angles_xyz(rotation: &UnitQuaternion<f64>) -> [f64; 3] {
     let m = rotation.to_rotation_matrix();
     let level = m[(0, 0)].hypot(m[(1, 0)]);
     // Below, its direction is rounding alone. Larger: the rotation is off by as much. Smaller:
