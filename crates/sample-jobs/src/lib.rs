@@ -36,3 +36,4 @@ mod propeller_mesh;
 
 pub use crate::job_parts::{ROTOR_SCALES, ReadFile, round_to};
 pub use crate::new_job::{NewJob, Series, new_job};
+pub use crate::propeller_mesh::propeller_glb;

@@ -123,7 +123,7 @@ impl Sample<'_> {
         let n_blades = self.spec.n_blades();
         finish["pattern"] = json!({ "copies": n_blades, "index_angle_deg": 360.0 / n_blades as f64 });
         let path = &mut finish["path"]["strategy"];
-        path["region"] = json!({ "extend_mm": round_to(2.0 * self.from, 1) });
+        path["region"] = json!({ "extend_mm": 4.0 });
         path["order"] = json!("decreasing");
         // Passes that begin in the middle of the surface would enter uncut material there.
         path["edge_fill"] = json!(false);
@@ -143,10 +143,13 @@ impl Sample<'_> {
         rough["name"] = json!(rough["name"].as_str().unwrap_or_default().replace("finish", "rough"));
         rough["allowance_mm"] = json!(LEFT);
         rough["layers"] = json!({ "from_mm": self.from, "depth_mm": DEPTH });
+        // The casting beside an edge goes with the passes that run on beyond it.
+        rough["path"]["strategy"]["region"] = json!({ "extend_mm": round_to(2.0 * self.from, 1) });
         rough["search"]["mode"] = json!("smallest");
         rough["search"]["tilt_deg"] = json!([4.0, 15.0]);
         let tolerances = &mut rough["tolerances"];
         tolerances["cusp_mm"] = json!(0.3);
+        tolerances["max_step_over_mm"] = json!(round_to(0.36 * self.radius, 1));
         tolerances["max_step_mm"] = json!(4.0);
         tolerances["path_chord_mm"] = json!(0.1);
         tolerances["linearisation_mm"] = json!(0.05);

@@ -12,7 +12,7 @@ pub(crate) const RADIAL_QUADS: usize = 160;
 pub(crate) const CHORD_QUADS: usize = 120;
 
 /// Returns the propeller as a file, and its lowest and highest z, mm.
-pub(crate) fn propeller_glb(spec: &PropellerSpec, resolution: BladeResolution) -> Result<(Vec<u8>, [f64; 2]), String> {
+pub fn propeller_glb(spec: &PropellerSpec, resolution: BladeResolution) -> Result<(Vec<u8>, [f64; 2]), String> {
     let blade = blade(spec, resolution);
     let hub = hub(spec, 2e-4 * spec.hub_radius()).map_err(|e| e.to_string())?;
     let blade_groups: Vec<String> = blade.groups().iter().map(|g| g.name.clone()).collect();

@@ -1,6 +1,6 @@
 //! Sample jobs with files read from disk.
 
-pub use facemill_sample_jobs::{NewJob, ROTOR_SCALES, Series};
+pub use facemill_sample_jobs::{NewJob, ROTOR_SCALES, Series, propeller_glb};
 
 use crate::files;
 
