@@ -20,7 +20,8 @@ pub(crate) fn table_job(table: &Path, diameter: Option<f64>, read: ReadFile<'_>)
     propeller_job(&spec, &file.name.unwrap_or_else(stem), spec.n_blades() > 4 || covered > 0.7)
 }
 
-/// Returns the job of a propeller; `overlapping` says that its blades hide each other from most tools.
+/// Returns the job of a propeller; `overlapping` says that its blades hide each other from most
+/// tools.
 pub(crate) fn propeller_job(spec: &PropellerSpec, name: &str, overlapping: bool) -> Result<JobFiles, String> {
     let resolution = BladeResolution::new(RADIAL_QUADS, CHORD_QUADS).map_err(|e| e.to_string())?;
     let (glb, [_, top]) = propeller_glb(spec, resolution)?;

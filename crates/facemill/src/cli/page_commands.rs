@@ -243,7 +243,8 @@ pub(crate) struct PagesOfPlan {
 pub(crate) struct KeptForPages<'j> {
     /// Maps of postures.
     maps: Option<Result<PostureMapsFile, Failure>>,
-    /// The setup, of a job with no other: several take too much memory together, and are read again.
+    /// The setup, of a job with no other: several take too much memory together, and are read
+    /// again.
     read: Option<ReadSetup<'j>>,
 }
 
