@@ -233,16 +233,12 @@ fn rotary_axes_on_one_line_with_linear_axes_between_are_taken() {
     });
     let machine = Machine::from_json(text.as_bytes()).unwrap_or_else(|e| panic!("{e}"));
     let tip = |b: f64, c: f64| {
-        let at = |letter: &str| {
-            if letter == "B" {
-                b
-            } else if letter == "C" {
-                c
-            } else {
-                100.0
-            }
+        let turned = |a: &Axis| match a.letter.to_string().as_str() {
+            "A" => 0.5,
+            "B" => b,
+            "C" => c,
+            _ => 100.0,
         };
-        let turned = |a: &Axis| if a.letter.to_string() == "A" { 0.5 } else { at(&a.letter.to_string()) };
         machine.forward(&AxisValues::from_fn(5, |k| turned(&machine.axes()[k])), 50.0).translation.vector
     };
     assert!((tip(0.7, 0.0) - tip(0.0, 0.7)).norm() > 1.0 && (tip(0.7, 0.0) - tip(0.0, -0.7)).norm() > 1.0);
