@@ -117,6 +117,19 @@ impl ControlMotion {
                 format!("is {}: it {why}", self.junction_deviation_um),
             ));
         }
+        let small = self.small_segments_mm;
+        if small > if deviates { 1000 } else { 0 } {
+            let why = "must be at most 1000 with corners junction_deviation, and 0 or left out without";
+            return Some(("control_motion.small_segments_mm", format!("is {small}: it {why}")));
+        }
+        if deviates && self.cycle_us > 0 {
+            let why = "must be 0 or left out with corners junction_deviation, which has no least time of a block";
+            return Some(("control_motion.cycle_us", format!("is {}: it {why}", self.cycle_us)));
+        }
+        if deviates && self.look_ahead_blocks > 10_000 {
+            let why = "must be at most 10000 with corners junction_deviation";
+            return Some(("control_motion.look_ahead_blocks", format!("is {}: it {why}", self.look_ahead_blocks)));
+        }
         let fits = match self.limited_by {
             LimitedBy::Acceleration if deviates => self.rotary_blocks == RotaryBlocks::LookedAhead,
             LimitedBy::Acceleration => {

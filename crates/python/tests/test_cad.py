@@ -70,7 +70,7 @@ def test_the_chord_is_measured_and_not_that_of_the_request(tmp_path: Path) -> No
 
 def test_a_chord_out_of_reach_is_an_error(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = write(tmp_path / "ball.step", lambda occ: occ.addSphere(0, 0, 0, 20))
-    monkeypatch.setattr(cad, "_MOST_TRIANGLES", 500)
+    monkeypatch.setattr(cad, "_MOST_TRIANGLES", 5000)
     with pytest.raises(facemill.Error, match=r"ball.step: \d+ triangles keep 0\.\d+ mm, not 0.001: give a larger chord"):
         cad.tessellate(path, 0.001)
 
@@ -141,7 +141,9 @@ def test_the_command_writes_mesh_and_chord(tmp_path: Path, capsys: pytest.Captur
     step, obj, job = (tmp_path / name for name in ("drilled.step", "part.obj", "job.json"))
     write(step, drilled)
     files = facemill.example_job("patch")
-    job.write_bytes(files["job.json"])
+    of_mesh = json.loads(files["job.json"])
+    of_mesh["setups"][0]["meshes"][0]["file"] = "./part.obj"
+    job.write_text(json.dumps(of_mesh))
     assert cad.main([str(step), str(obj), "--chord-mm", "0.02", "--job", str(job)]) == 0
     said = capsys.readouterr().out
     assert "closed: every edge has two triangles" in said and "mesh_chord_mm is" in said
@@ -151,19 +153,102 @@ def test_the_command_writes_mesh_and_chord(tmp_path: Path, capsys: pytest.Captur
     changed = json.loads(job.read_text())
     assert [o["tolerances"]["mesh_chord_mm"] for o in changed["operations"]] == [mesh.chord_mm]
     # The rest of the job is as it was, and the mesh is one for a job.
-    before = json.loads(files["job.json"])
-    before["operations"][0]["tolerances"]["mesh_chord_mm"] = mesh.chord_mm
-    assert changed == before
+    of_mesh["operations"][0]["tolerances"]["mesh_chord_mm"] = mesh.chord_mm
+    assert changed == of_mesh
     vertices, triangles = facemill.read_mesh(obj)
     assert len(vertices) == len(mesh.vertices) and len(triangles) == len(mesh.triangles)
     assert sorted(p.name for p in tmp_path.iterdir()) == ["drilled.step", "job.json", "part.obj"]
+
+
+def test_only_operations_on_the_mesh_get_the_chord() -> None:
+    def job(*files: str) -> dict[str, Any]:
+        meshes = [{"file": file, "role": "drive" if k == 0 else "part"} for k, file in enumerate(files)]
+        meshes.append({"file": "vice.obj", "role": "fixture"})
+        return {
+            "setups": [{"name": "top", "meshes": meshes}, {"name": "other", "meshes": [{"file": "b.obj", "role": "drive"}]}],
+            "operations": [
+                {"name": "one", "setup": "top", "tolerances": {"mesh_chord_mm": 0.05}},
+                {"name": "two", "setup": "other", "tolerances": {"mesh_chord_mm": 0.01}},
+            ],
+        }
+
+    def chords(chord: float, *files: str) -> tuple[list[float], list[str]]:
+        changed, said = cad.with_chord(job(*files), chord, lambda file: file == "a.obj")
+        return [o["tolerances"]["mesh_chord_mm"] for o in changed["operations"]], said
+
+    # All meshes are this one: its chord, said if lower. Fixtures have no say.
+    found, said = chords(0.02, "a.obj", "a.obj")
+    assert found == [0.02, 0.01] and said[0] == "operation 'one': mesh_chord_mm is 0.02, was 0.05"
+    assert said[1].startswith("operation 'two' stays at mesh_chord_mm 0.01: none")
+    # Others are among them: the larger one.
+    found, said = chords(0.02, "a.obj", "b.obj")
+    assert found == [0.05, 0.01] and said[0].startswith("operation 'one' stays at mesh_chord_mm 0.05: other")
+    found, said = chords(0.2, "a.obj", "b.obj")
+    assert found == [0.2, 0.01] and "is 0.2, was 0.05" in said[0]
+    assert chords(0.2, "b.obj")[0] == [0.05, 0.01]
+    with pytest.raises(facemill.Error, match=r"operations\[0\].setup: no setup has the name 'nowhere'"):
+        wrong = job("a.obj")
+        wrong["operations"][0]["setup"] = "nowhere"
+        cad.with_chord(wrong, 0.1, lambda file: True)
+
+
+def volume_of(mesh: cad.CadMesh) -> float:
+    a, b, c = (mesh.vertices[mesh.triangles[:, k]] for k in range(3))
+    return float(np.einsum("ij,ij->i", a, np.cross(b, c)).sum() / 6)
+
+
+@pytest.mark.parametrize("beside", [False, True])
+def test_a_hollow_stays_a_hollow(tmp_path: Path, beside: bool) -> None:
+    def hollow(occ: Any) -> None:
+        box, ball = occ.addBox(0, 0, 0, 40, 40, 40), occ.addSphere(20, 20, 20, 15)
+        occ.cut([(3, box)], [(3, ball)])
+        if beside:
+            occ.addBox(60, 0, 0, 10, 10, 10)
+
+    mesh = cad.tessellate(write(tmp_path / "hollow.step", hollow), 0.05)
+    exact = 40.0**3 - 4 / 3 * np.pi * 15**3 + (1000 if beside else 0)
+    assert mesh.is_closed and 0 <= volume_of(mesh) - exact < 4 * np.pi * 15**2 * mesh.chord_mm
+
+
+def test_edges_of_more_than_two_triangles_are_no_closed_surface(tmp_path: Path) -> None:
+    def touching(occ: Any) -> None:
+        first, second = occ.addBox(0, 0, 0, 10, 10, 10), occ.addBox(10, 10, 0, 10, 10, 10)
+        occ.fragment([(3, first)], [(3, second)])
+
+    mesh = cad.tessellate(write(tmp_path / "touching.step", touching), 0.1)
+    assert not mesh.seams and mesh.crowded > 0 and not mesh.is_closed
+    assert f"{mesh.crowded} edges with more than two triangles" in cad.summary(mesh)
+    assert "closed" not in cad.summary(mesh)
+
+
+@pytest.mark.parametrize(("ending", "unit"), [(".stl", 1.0), (".glb", 1000.0)])
+def test_vertices_are_those_of_the_file(tmp_path: Path, ending: str, unit: float) -> None:
+    path = write(tmp_path / "ball.step", lambda occ: occ.addSphere(30000.1, 4, 5, 20))
+    mesh = cad.tessellate(path, 0.5, ending=ending)
+    assert ((mesh.vertices / unit).astype(np.float32).astype(np.float64) * unit == mesh.vertices).all()
+    moved = cad.CadMesh(mesh.vertices - [30000.1, 4, 5], mesh.triangles, mesh.surfaces, 0.0, 0, ())
+    # Numbers of 32 bits near 30 m are 0.002 mm apart: vertices are off the ball, and measured there.
+    off = np.abs(np.linalg.norm(moved.vertices, axis=1) - 20).max()
+    assert off > 1e-4 and off_sphere(moved, 20.0) <= mesh.chord_mm <= 0.5
+    target = tmp_path / f"ball{ending}"
+    assert cad.main([str(path), str(target), "--chord-mm", "0.5"]) == 0
+    vertices, _ = facemill.read_mesh(target)
+    assert np.abs(np.sort(vertices, axis=0)[[0, -1]] - np.sort(mesh.vertices, axis=0)[[0, -1]]).max() < 1e-9
+
+
+def test_a_mesh_too_large_is_refused_before_it_is_measured(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = write(tmp_path / "ball.step", lambda occ: occ.addSphere(0, 0, 0, 20))
+    monkeypatch.setattr(cad, "_MOST_TRIANGLES", 50)
+    monkeypatch.setattr(cad, "_measured", lambda *_: pytest.fail("it is measured"))
+    with pytest.raises(facemill.Error, match=r"ball.step: a mesh for a chord of 1e-06 mm has \d+ triangles, more than 50"):
+        cad.tessellate(path, 1e-6)
 
 
 def test_wrong_input_is_named_with_exit_code_2(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     good = write(tmp_path / "box.step", lambda occ: occ.addBox(0, 0, 0, 10, 20, 30))
     (tmp_path / "junk.step").write_bytes(b"ISO-10303-21;\n\x00\xff")
     (tmp_path / "part.stl").write_text("solid\nendsolid\n")
-    (tmp_path / "job.json").write_text('{"operations": [{}]}')
+    (tmp_path / "job.json").write_text('{"operations": [{}], "setups": []}')
     (tmp_path / "text.json").write_text("{")
     job = ["--job", str(tmp_path / "job.json")]
     for name, mesh, more, message in (

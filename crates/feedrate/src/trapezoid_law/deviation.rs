@@ -1,3 +1,5 @@
+use std::f64::consts::FRAC_PI_4;
+
 use facemill_inverse_kinematics::AxisValues;
 
 use super::law::{TrapezoidLaw, timed};
@@ -9,12 +11,18 @@ use crate::time_law::{AxisBounds, MotionBounds};
 /// Sine of a quarter turn less half a corner, below which a corner counts as a full reversal.
 const REVERSAL: f64 = 1e-3;
 
+/// Least turn between two short segments, rad: that of Marlin's approximate arccosine.
+const LEAST_TURN: f64 = 0.033;
+
 /// Settings of a control that keeps to the lines and slows down at corners.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DeviationSettings {
     /// Distance from a corner of the arc whose speed is the corner's, mm; the axes stay on the
     /// lines. 0 stops at every corner.
     pub deviation: f64,
+    /// Length below which a segment behind a corner of less than 45° bounds the speed there as a
+    /// piece of an arc, mm; 0 for none.
+    pub small_segments: f64,
     /// Number of blocks within which the control keeps itself able to stop.
     pub look_ahead: usize,
 }
@@ -25,9 +33,11 @@ pub struct DeviationSettings {
 /// All axes count alike, 1 deg as 1 mm: in lengths, directions and corners. At the speed v of a
 /// corner with half angle h, as seen from it, the arc's radius is deviation·sin h/(1 − sin h), and
 /// v² is the radius times the acceleration that the weakest axis allows in the direction in which
-/// the velocity changes. This is the planner of Grbl and of those that come from it, Marlin among
-/// them. `is_linear` marks the linear axes; bounds of jerk are not used. A model of times, not of
-/// positions; not compared with a control.
+/// the velocity changes. This is the planner of Grbl and of those that come from it. Where the
+/// segment behind a corner of θ < 45° is shorter than `small_segments`, v² is at most that
+/// acceleration, and no more than the segment's own, times its length over θ, θ counted as 0.033
+/// rad at least: so does Marlin below 1 mm. `is_linear` marks the linear axes; bounds of jerk are
+/// not used. A model of times, not of positions; not compared with a control.
 ///
 /// # Errors
 /// Invalid limits or blocks, with the index of the block.
@@ -38,7 +48,8 @@ pub struct DeviationSettings {
 ///
 /// let axis = AxisBounds { velocity: 100.0, acceleration: 1000.0, jerk: 1e6 };
 /// let block = |x: f64| ProgramBlock { end: AxisValues::from([x]), tip_time: 0.0, exact_stop: false };
-/// let settings = DeviationSettings { deviation: 0.01, look_ahead: 16 };
+/// let settings =
+///     DeviationSettings { deviation: 0.01, small_segments: 0.0, look_ahead: 16 };
 /// let law = deviation_law(&AxisValues::zeros(1), &[block(50.0), block(100.0)], (&[axis], &[true]), &settings)?;
 /// // 100/100 s at speed and 100/1000 s for the ramps: nothing is lost where the line goes on.
 /// assert!((law.times.iter().sum::<f64>() - 1.1).abs() < 1e-12);
@@ -69,7 +80,7 @@ pub fn deviation_law(
         speed: segment.speed,
         acceleration: segment.acceleration.0,
         end: match segments.get(k + 1) {
-            Some(next) if !segment.exact_stop => corner(segment, next, (axes, &units), settings.deviation),
+            Some(next) if !segment.exact_stop => corner(segment, next, (axes, &units), settings),
             _ => End::Stop,
         },
         is_arc: false,
@@ -80,21 +91,31 @@ pub fn deviation_law(
 }
 
 /// Returns the largest speed between two segments.
-fn corner(before: &Segment, after: &Segment, (axes, units): (&[AxisBounds], &[f64]), deviation: f64) -> End {
+fn corner(
+    before: &Segment,
+    after: &Segment,
+    (axes, units): (&[AxisBounds], &[f64]),
+    settings: &DeviationSettings,
+) -> End {
     let change = |k: usize| after.direction[k] - before.direction[k];
     // |u₂ − u₁| and |u₂ + u₁| of unit vectors are 2·cos h and 2·sin h.
     let cos = 0.5 * (0..axes.len()).map(change).fold(0.0, f64::hypot);
     let sin = 0.5 * (0..axes.len()).map(|k| after.direction[k] + before.direction[k]).fold(0.0, f64::hypot);
-    if sin < REVERSAL || deviation <= 0.0 && cos > 0.0 {
+    if sin < REVERSAL || settings.deviation <= 0.0 && cos > 0.0 {
         return End::Stop;
     }
     let fed = before.speed.min(after.speed);
+    let turn = 2.0 * cos.atan2(sin);
+    let is_small = after.whole < settings.small_segments && turn < FRAC_PI_4;
+    let on_arc = |acceleration: f64| {
+        if is_small { (acceleration * after.whole / turn.max(LEAST_TURN)).sqrt() } else { f64::INFINITY }
+    };
     if cos == 0.0 {
-        return End::Through(fed);
+        return End::Through(fed.min(on_arc(after.acceleration.0)));
     }
     let share = |k: usize| change(k).abs() / (2.0 * cos * axes[k].acceleration * units[k]);
     let most = (0..axes.len()).map(share).fold(0.0, f64::max).recip();
     // 1 − sin h, a small difference that matters, is cos² h/(1 + sin h).
-    let radius = deviation * sin * (1.0 + sin) / (cos * cos);
-    End::Through(fed.min((most * radius).sqrt()))
+    let radius = settings.deviation * sin * (1.0 + sin) / (cos * cos);
+    End::Through(fed.min((most * radius).sqrt()).min(on_arc(most.min(after.acceleration.0))))
 }

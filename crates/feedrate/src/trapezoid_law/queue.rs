@@ -90,18 +90,26 @@ fn along(before: &Junction, after: &Junction) -> f64 {
 /// Returns the speed at the end of each entry from which the control can stop within its
 /// look-ahead; 0 where it stops anyway.
 pub(crate) fn end_speeds(entries: &[Entry], look_ahead: usize) -> Vec<f64> {
+    // The largest speed at the end of an entry from which the next one ends at v.
+    let back = |v: f64, before: &Entry, entry: &Entry| {
+        let End::Through(most) = before.end else { return 0.0 };
+        let reached = (v * v + 2.0 * entry.acceleration * entry.length).sqrt();
+        reached.min(most).min(before.speed).min(entry.speed)
+    };
+    if look_ahead >= entries.len() {
+        // All is in sight: one pass, whatever the number of entries.
+        let mut speeds = vec![0.0; entries.len()];
+        for (k, pair) in entries.windows(2).enumerate().rev() {
+            speeds[k] = back(speeds[k + 1], &pair[0], &pair[1]);
+        }
+        return speeds;
+    }
     let of_entry = |k: usize| {
         let End::Through(_) = entries[k].end else { return 0.0 };
         let seen = &entries[k..entries.len().min(k + 1 + look_ahead)];
         let through = seen.iter().take(seen.len() - 1).take_while(|e| matches!(e.end, End::Through(_))).count();
         // From a stop at the end of the look-ahead back to here.
-        let back = |v: f64, at: usize| {
-            let (before, entry) = (&seen[at - 1], &seen[at]);
-            let End::Through(most) = before.end else { return 0.0 };
-            let reached = (v * v + 2.0 * entry.acceleration * entry.length).sqrt();
-            reached.min(most).min(before.speed).min(entry.speed)
-        };
-        (1..=through).rev().fold(0.0, back)
+        (1..=through).rev().fold(0.0, |v, at| back(v, &seen[at - 1], &seen[at]))
     };
     (0..entries.len()).map(of_entry).collect()
 }

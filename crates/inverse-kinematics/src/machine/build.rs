@@ -219,29 +219,27 @@ fn refuse_duplicates(table: &WalkedChain, heads: &[WalkedChain]) -> Result<(), M
     Ok(())
 }
 
-/// Refuses two rotary axes on one line with no other between them, where one of them is given by
-/// its line: they turn as one in every pose.
+/// Refuses two rotary axes on one line with no other joint between them, where one of them is given
+/// by its line: they turn as one in every pose. A linear axis between them moves one line away.
 fn refuse_one_line(table: &WalkedChain, head: &WalkedChain) -> Result<(), MachineError> {
     // Parallel to rounding of directions, and nearer than the rounding of places, mm: lines that
     // differ by more are refused as parallel, or used.
     const PARALLEL: f64 = 1e-12;
     const APART: f64 = 1e-9;
-    let joints = |chain: &'_ WalkedChain| {
-        let each = chain.joints.iter().zip(&chain.fields).filter(|((axis, ..), _)| axis.kind == AxisKind::Rotary);
-        each.map(|((axis, _, frame), field)| (axis.letter, *frame, field.clone())).collect::<Vec<_>>()
-    };
-    let mut all = joints(table);
-    all.reverse();
-    all.extend(joints(head));
+    let of_table = table.joints.iter().zip(&table.fields).rev();
+    let all: Vec<_> = of_table.chain(head.joints.iter().zip(&head.fields)).collect();
     for pair in all.windows(2) {
-        let [(other, first, first_field), (axis, second, field)] = pair else { continue };
+        let [((other, _, first), first_field), ((axis, _, second), field)] = pair else { continue };
         let [z, along] = [first, second].map(|frame| frame.rotation * Vector3::z());
         let between = second.translation.vector - first.translation.vector;
+        if [other, axis].iter().any(|axis| axis.kind != AxisKind::Rotary) {
+            continue;
+        }
         if z.cross(&along).norm() < PARALLEL && z.cross(&between).norm() < APART && (table.by_lines || head.by_lines) {
             return Err(MachineError::Field {
-                field: field.clone(),
-                axis: Some(axis.to_string()),
-                problem: FieldProblem::OnLineOf { other: other.to_string(), field: first_field.clone() },
+                field: (*field).clone(),
+                axis: Some(axis.letter.to_string()),
+                problem: FieldProblem::OnLineOf { other: other.letter.to_string(), field: (*first_field).clone() },
             });
         }
     }

@@ -89,8 +89,10 @@ impl MeasuredFamily {
     }
 }
 
-/// Direction toward which a tilting axis at 45° leans from z, upward, all axes at 0. The other one
-/// puts C half a turn off for the same tool axis.
+/// Direction toward which a tilting axis at 45° leans from z, upward, all axes at 0.
+///
+/// With either one +B tilts the tool from +z toward +x; for the same tool axis the other one has B
+/// with the opposite sign and C half a turn off.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MeasuredLean {
     /// Toward +y.

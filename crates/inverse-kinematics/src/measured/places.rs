@@ -73,12 +73,14 @@ impl Lines {
         lines.filter(|line| line.joint.axis() == axis).for_each(|line| line.point = Point3::from(point));
     }
 
-    /// Leans an axis toward +y or −y, by the angle that it has.
+    /// Leans an axis toward +y or −y, by the angle that it has. The letter's direction keeps its
+    /// share of +y, so that a turn by +B takes the spindle toward +x for either lean, as ISO 841
+    /// has it: the other lean points down.
     fn lean(&mut self, axis: &str, lean: MeasuredLean) {
         let sign = if lean == MeasuredLean::PlusY { 1.0 } else { -1.0 };
         for line in self.table.iter_mut().chain(&mut self.head).filter(|line| line.joint.axis() == axis) {
             let d = line.direction;
-            line.direction = Unit::new_unchecked(Vector3::new(d.x, sign * d.y.abs(), d.z));
+            line.direction = Unit::new_unchecked(Vector3::new(d.x, d.y.abs(), sign * d.z.abs()));
         }
     }
 

@@ -180,14 +180,14 @@ fn wrong_lines_are_named_with_field_and_axis() {
         ("/axes/3/bodies/0/clearance_mm", json!(-1), "lines.axes[3].bodies[0].clearance_mm: is -1, but"),
         ("/end/position_mm", json!([0, 0, -2e6]), "tool_chains[0].lines.end.position_mm[2]: is -2000000"),
         ("/end/rotation_xyz_deg", json!([0, 400, 0]), "lines.end.rotation_xyz_deg[1]: is 400.0, but has to be from"),
-        // Both turn about z through the origin.
+        // Both turn about z through the origin, with linear axes between.
         (
             "/axes/3",
             json!({
                 "joint": { "revolute": { "axis": "B", "range": "endless", "max_velocity_deg_min": 9000 } },
                 "direction": [0, 0, -2], "point_mm": [0, 0, 77]
             }),
-            "tool_chains[0].lines.axes[3] (axis B): is on the line of axis C (workpiece_chain.lines.axes[0])",
+            "the rotary axes C and B are parallel, so the tool axis has one degree of freedom only",
         ),
         ("/axes/2/direction", json!([1, 0, 0]), "the linear axes"),
     ];
@@ -200,6 +200,15 @@ fn wrong_lines_are_named_with_field_and_axis() {
         let error = Machine::from_json(text.as_bytes()).expect_err(message).to_string();
         assert!(error.contains(message), "{place}: {error}");
     }
+    // Neighbours on one line turn as one.
+    let text = changed("head-head-c-b", |json| {
+        let axes = &mut json["tool_chains"][0]["lines"]["axes"];
+        axes[4]["direction"] = axes[3]["direction"].clone();
+        axes[4]["point_mm"] = axes[3]["point_mm"].clone();
+    });
+    let error = Machine::from_json(text.as_bytes()).unwrap_err().to_string();
+    let message = "tool_chains[0].lines.axes[4] (axis B): is on the line of axis C (tool_chains[0].lines.axes[3])";
+    assert!(error.contains(message), "{error}");
     // A value that no text has.
     let mut file = by_lines(rows_of_preset("head-b-table-c"), &mut Random(5));
     file.tool_chains[0].lines.as_mut().unwrap().axes[3].point_mm = Some([0.0, 0.0, f64::NAN]);
@@ -208,6 +217,31 @@ fn wrong_lines_are_named_with_field_and_axis() {
     file.tool_chains[0].lines.as_mut().unwrap().axes[3].direction[1] = f64::INFINITY;
     let error = Machine::from_file(file).unwrap_err().to_string();
     assert_eq!(error, "tool_chains[0].lines.axes[3].direction[1] (axis B): is not a finite number");
+}
+
+/// Two rotary axes on one line at zero turn apart where linear axes between them have moved.
+#[test]
+fn rotary_axes_on_one_line_with_linear_axes_between_are_taken() {
+    let text = changed("head-b-a-table-c-two-linear", |json| {
+        let table = json["workpiece_chain"]["lines"]["axes"][0].clone();
+        let axes = &mut json["tool_chains"][0]["lines"]["axes"];
+        for key in ["direction", "point_mm"] {
+            axes[2][key] = table[key].clone();
+        }
+        axes[3]["point_mm"] = json!([0.0, 0.0, 500.0]);
+        axes[3]["direction"] = json!([0.0, 1.0, 0.0]);
+    });
+    let machine = Machine::from_json(text.as_bytes()).unwrap_or_else(|e| panic!("{e}"));
+    let tip = |b: f64, c: f64| {
+        let turned = |a: &Axis| match a.letter.to_string().as_str() {
+            "A" => 0.5,
+            "B" => b,
+            "C" => c,
+            _ => 100.0,
+        };
+        machine.forward(&AxisValues::from_fn(5, |k| turned(&machine.axes()[k])), 50.0).translation.vector
+    };
+    assert!((tip(0.7, 0.0) - tip(0.0, 0.7)).norm() > 1.0 && (tip(0.7, 0.0) - tip(0.0, -0.7)).norm() > 1.0);
 }
 
 #[test]

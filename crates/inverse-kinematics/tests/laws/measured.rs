@@ -21,9 +21,9 @@ fn about_z(angle: f64) -> Matrix3<f64> {
     Matrix3::new(c, -s, 0.0, s, c, 0.0, 0.0, 0.0, 1.0)
 }
 
-/// Turn about a line at 45° between z and y: z goes to the line, turns there, and goes back.
+/// Turn about a line at 45° between +y and z or −z: z goes to the line, turns there, and goes back.
 fn about_oblique(lean: MeasuredLean, angle: f64) -> Matrix3<f64> {
-    let to_line = about_x(if lean == MeasuredLean::PlusY { -1.0 } else { 1.0 } * std::f64::consts::FRAC_PI_4);
+    let to_line = about_x(if lean == MeasuredLean::PlusY { -1.0 } else { -3.0 } * std::f64::consts::FRAC_PI_4);
     to_line * about_z(angle) * to_line.transpose()
 }
 
@@ -222,15 +222,38 @@ fn senses_of_rotary_axes_are_assumed_until_they_are_stated() {
     }
 }
 
-/// The same tool axis needs the same B, and C half a turn off; the preset leans toward +y.
+/// ISO 841: +B turns right-handed about +Y, so that the tool axis tilts from +z toward +x. About a
+/// line at 45° its x is sin 45°·sin B, whichever way the line leans.
 #[test]
-fn the_other_lean_turns_c_by_half_a_turn() {
+fn plus_b_tilts_the_tool_toward_plus_x_for_either_lean() {
+    let b = 10_f64.to_radians();
+    for family in [MeasuredFamily::HeadNutatingTableBc, MeasuredFamily::TableTableNutatingBc] {
+        for lean in [MeasuredLean::PlusY, MeasuredLean::MinusY] {
+            for (sense, sign) in [(MeasuredSense::Iso, 1.0), (MeasuredSense::Reversed, -1.0)] {
+                let places = PlaceMeasurements { lean: Some(lean), ..PlaceMeasurements::default() };
+                let machine = built(family, &Measurements { places, axes: vec![counting("B", sense)] });
+                let axis = machine.forward(&AxisValues::from([0.0, 0.0, 0.0, b, 0.0]), 0.0).rotation * Vector3::z();
+                assert!(
+                    (axis.x - sign * 0.5_f64.sqrt() * b.sin()).abs() < 1e-12,
+                    "{family} {lean:?} {sense:?}: {axis}"
+                );
+                assert!((axis.z - 0.5 * (1.0 + b.cos())).abs() < 1e-12, "{family} {lean:?}: {axis}");
+            }
+        }
+    }
+}
+
+/// The same tool axis needs B with the opposite sign, and C half a turn off; the preset leans
+/// toward +y.
+#[test]
+fn the_other_lean_has_minus_b_and_c_by_half_a_turn() {
     let mut r = Random(4107);
     for family in [MeasuredFamily::HeadNutatingTableBc, MeasuredFamily::TableTableNutatingBc] {
         let leaning = |lean| {
             let places = PlaceMeasurements { lean, ..PlaceMeasurements::default() };
             let wide = AxisMeasurement { limits: Some(AxisLimits::Between(-9e3, 9e3)), ..AxisMeasurement::default() };
-            let axes = ["X", "Y", "Z"].map(|axis| AxisMeasurement { axis: axis.to_owned(), ..wide.clone() });
+            let mut axes = ["X", "Y", "Z", "B"].map(|axis| AxisMeasurement { axis: axis.to_owned(), ..wide.clone() });
+            axes[3].limits = Some(AxisLimits::Between(-180.0, 180.0));
             built(family, &Measurements { places, axes: axes.into() })
         };
         let [plus, minus] = [MeasuredLean::PlusY, MeasuredLean::MinusY].map(|lean| leaning(Some(lean)));
@@ -242,7 +265,7 @@ fn the_other_lean_turns_c_by_half_a_turn() {
             let [of_plus, of_minus] = [&plus, &minus].map(|machine| machine.inverse(&cl, 80.0).unwrap());
             assert_eq!(of_plus.len(), of_minus.len());
             for one in of_plus.iter() {
-                let [b, c] = [one.values[3], one.values[4] + std::f64::consts::PI];
+                let [b, c] = [-one.values[3], one.values[4] + std::f64::consts::PI];
                 let apart = |other: AxisValues| (other[3] - b).abs().max(2.0 * (0.5 * (other[4] - c)).sin().abs());
                 let off = of_minus.iter().map(|other| apart(other.values)).fold(f64::INFINITY, f64::min);
                 assert!(off < 1e-9, "{family}: {off:e} rad at {cl:?}");

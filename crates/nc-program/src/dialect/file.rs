@@ -33,8 +33,9 @@ pub struct DialectFile {
     /// Motion of the control between two positions.
     pub motion: MotionRule,
     /// How the control runs its queue of blocks in time
-    /// (docs/dialects.md#how-a-control-runs-its-blocks): times go by it, no word of a program does.
-    /// Default: jerk limited, 1000 blocks in sight, an assumption.
+    /// (docs/dialects.md#how-a-control-runs-its-blocks): times go by it, and with them a plan's
+    /// choice between two ways around a pole. Default: jerk limited, 1000 blocks in sight, an
+    /// assumption.
     #[serde(default)]
     pub control_motion: ControlMotion,
     /// Whether one program can move several heads.
@@ -287,7 +288,8 @@ pub struct Switch {
 pub struct ControlMotion {
     /// Highest derivative of position that the control limits.
     pub limited_by: LimitedBy,
-    /// Blocks over which the control sees to it that it can stop.
+    /// Blocks over which the control sees to it that it can stop; at most 10000 with `corners:
+    /// junction_deviation`.
     #[schemars(range(min = 1, max = 1_000_000))]
     pub look_ahead_blocks: u32,
     /// How the control runs blocks that turn a rotary axis.
@@ -299,7 +301,12 @@ pub struct ControlMotion {
     #[schemars(range(min = 0, max = 1_000_000))]
     #[serde(default, skip_serializing_if = "is_zero")]
     pub junction_deviation_um: u32,
-    /// Least time of a block: a cycle of the control.
+    /// Length of a segment below which the control slows down at corners of less than 45° as on an
+    /// arc, with `corners: junction_deviation`; 0: none, Marlin: 1.
+    #[schemars(range(min = 0, max = 1000))]
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub small_segments_mm: u32,
+    /// Least time of a block: a cycle of the control. None with `corners: junction_deviation`.
     #[schemars(range(min = 0, max = 1_000_000))]
     #[serde(default)]
     pub cycle_us: u32,
@@ -323,6 +330,7 @@ impl Default for ControlMotion {
             rotary_blocks: RotaryBlocks::LookedAhead,
             corners: CornerRule::Spline,
             junction_deviation_um: 0,
+            small_segments_mm: 0,
             cycle_us: 0,
             checked_against: String::new(),
         }

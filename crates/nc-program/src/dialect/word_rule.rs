@@ -104,6 +104,9 @@ pub struct OffsetRule {
 pub struct HomeRule {
     /// Meaning of the axis words of such a block.
     pub words: HomeWords,
+    /// Lines before the move, of a control that takes one command a line.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub before: Vec<String>,
     /// Words before them.
     pub code: String,
     /// Words behind them.

@@ -212,6 +212,7 @@ impl<'s, 'a> BodyWriter<'s, 'a> {
             let why = "axes go home behind the end of RTCP alone: leave it to the template";
             return Err(WriteError::NotInDialect { place: self.place(), what: why.to_owned(), name: self.name() });
         }
+        self.lines(&rule.before, &[])?;
         self.line.clear();
         self.push_text(&rule.code);
         for axis in axes {

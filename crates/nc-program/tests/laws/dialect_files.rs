@@ -42,6 +42,16 @@ fn dialect_files_say_what_the_types_say_and_nothing_else() {
     assert!(message.starts_with("dialect file, control_motion.junction_deviation_um: is 10: it must be"), "{message}");
     let message = corners("\"corners\": \"junction_deviation\", \"junction_deviation_um\": 10");
     assert!(message.starts_with("dialect file, control_motion.limited_by: is modelled as"), "{message}");
+    let message = corners("\"corners\": \"spline\", \"small_segments_mm\": 1");
+    assert!(message.starts_with("dialect file, control_motion.small_segments_mm: is 1: it must be"), "{message}");
+    let message = corners("\"corners\": \"junction_deviation\", \"junction_deviation_um\": 10, \"cycle_us\": 5");
+    assert!(message.starts_with("dialect file, control_motion.cycle_us: is 5: it must be 0"), "{message}");
+    let message = check(
+        "\"look_ahead_blocks\": 200,\n    \"rotary_blocks\": \"looked_ahead\",\n    \"corners\": \"spline\"",
+        "\"look_ahead_blocks\": 10001, \"rotary_blocks\": \"looked_ahead\", \"corners\": \"junction_deviation\", \
+         \"junction_deviation_um\": 10",
+    );
+    assert!(message.starts_with("dialect file, control_motion.look_ahead_blocks: is 10001: it must be"), "{message}");
 }
 
 #[test]

@@ -5,6 +5,9 @@ the triangles from the surfaces is then measured, whatever the settings of Gmsh:
 triangles are projected onto their surface, and points of the surface onto the triangles. The larger
 of both is ``chord_mm``, which belongs into ``mesh_chord_mm`` of a job. Edges that only one triangle
 has are open seams; they are listed with their places.
+
+``--job`` writes the chord to the operations whose drive and part meshes are the written file. Where
+other meshes are among them, the larger of both chords stays.
 """
 
 from __future__ import annotations
@@ -18,7 +21,7 @@ import tempfile
 from collections import defaultdict
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Sequence
+from typing import TYPE_CHECKING, Any, Callable, Sequence
 
 from facemill import Error
 
@@ -37,13 +40,19 @@ _LATTICE = 6
 #: surface of even curvature, exceeds those of the points by no more than this factor.
 _BETWEEN = 1.0 / (1.0 - 1.0 / _LATTICE**2)
 
+#: Length of the unit of vertices with 32 bits, mm, by the ending of the file.
+_UNITS = {".stl": 1.0, ".glb": 1000.0}
+
 #: Points along each parameter of a surface that are projected onto the triangles.
 _GRID = 24
 
 #: Rounds of refinement until the chord is kept.
-_ROUNDS = 6
+_ROUNDS = 8
 
-#: Triangles beyond which a refinement is refused.
+#: Elements of a full circle of the first round at most: it is fast whatever the chord.
+_FIRST_TURNS = 24.0
+
+#: Triangles beyond which a mesh is refused.
 _MOST_TRIANGLES = 4_000_000
 
 
@@ -76,14 +85,18 @@ class CadMesh:
     points: int
     #: Open seams, the longest first; none on a closed surface.
     seams: tuple[Seam, ...]
+    #: Number of edges with more than two triangles; none on a closed surface.
+    crowded: int = 0
 
     @property
     def is_closed(self) -> bool:
-        """Whether every edge has two triangles."""
-        return not self.seams
+        """Whether every edge has two triangles, neither fewer nor more."""
+        return not self.seams and not self.crowded
 
 
-def tessellate(path: str | os.PathLike[str], chord_mm: float, sew_mm: float = 0.0) -> CadMesh:
+def tessellate(
+    path: str | os.PathLike[str], chord_mm: float, sew_mm: float = 0.0, ending: str = ".obj"
+) -> CadMesh:
     """Returns the surfaces of a STEP, IGES or BREP file as triangles that keep a chord.
 
     The size of triangles is refined until the measured chord is at most ``chord_mm``. Lengths of the
@@ -92,6 +105,8 @@ def tessellate(path: str | os.PathLike[str], chord_mm: float, sew_mm: float = 0.
     :param chord_mm: largest distance between triangles and surfaces, above 0.
     :param sew_mm: faces whose edges are as near as this are sewn before, 0: none. Files of IGES mostly
         have faces that share no edges.
+    :param ending: that of the mesh file to write: vertices are rounded to its numbers before the chord
+        is measured, to 32 bits of mm for ``.stl`` and of m for ``.glb``.
     :raises Error: if Gmsh is not installed, the file cannot be read, has no surface, or the chord is
         not reached.
     """
@@ -109,12 +124,12 @@ def tessellate(path: str | os.PathLike[str], chord_mm: float, sew_mm: float = 0.
         raise Error(f'gmsh is not installed ({error}): pip install "facemill[cad]"') from None
     gmsh.initialize(["gmsh", "-nopopup"], readConfigFiles=False, interruptible=False)
     try:
-        return _tessellated(gmsh, path, chord_mm, sew_mm)
+        return _tessellated(gmsh, path, chord_mm, sew_mm, _UNITS.get(ending.lower(), 0.0))
     finally:
         gmsh.finalize()
 
 
-def _tessellated(gmsh: Any, path: Path, chord_mm: float, sew_mm: float) -> CadMesh:
+def _tessellated(gmsh: Any, path: Path, chord_mm: float, sew_mm: float, unit: float) -> CadMesh:
     for name, value in (
         ("General.Terminal", 0),
         ("General.NumThreads", 1),
@@ -140,8 +155,10 @@ def _tessellated(gmsh: Any, path: Path, chord_mm: float, sew_mm: float) -> CadMe
     box = gmsh.model.getBoundingBox(-1, -1)
     size = max(b - a for a, b in zip(box[:3], box[3:]))
     # A chord of a circle: c = r (1 − cos(π/n)). A guess of r that is mostly too small: what is too
-    # coarse is refined, what is too fine is not taken back.
+    # coarse is refined, what is too fine is not taken back. The guess knows nothing of the number of
+    # surfaces, so the first mesh is a coarse one, from which that of the next one follows.
     turns = math.pi / math.acos(1.0 - min(0.5, 8.0 * chord_mm / max(size, chord_mm)))
+    turns = min(turns, _FIRST_TURNS)
     for rounds_left in reversed(range(_ROUNDS)):
         gmsh.option.setNumber("Mesh.MeshSizeFromCurvature", math.ceil(turns))
         gmsh.option.setNumber("Mesh.MeshSizeMax", size / 4.0)
@@ -150,7 +167,13 @@ def _tessellated(gmsh: Any, path: Path, chord_mm: float, sew_mm: float) -> CadMe
             gmsh.model.mesh.generate(2)
         except Exception as error:
             raise Error(f"{path}: gmsh does not mesh it: {error}") from None
-        mesh = _measured(gmsh, path, faces)
+        count = int(gmsh.option.getNumber("Mesh.NbTriangles"))
+        if count > _MOST_TRIANGLES:
+            raise Error(
+                f"{path}: a mesh for a chord of {chord_mm} mm has {count} triangles, more than {_MOST_TRIANGLES}: "
+                "give a larger chord, or split the file in the CAD program"
+            )
+        mesh = _measured(gmsh, path, faces, unit)
         if mesh.chord_mm <= chord_mm:
             return mesh
         growth = min(4.0, 1.05 * math.sqrt(mesh.chord_mm / chord_mm))
@@ -163,12 +186,14 @@ def _tessellated(gmsh: Any, path: Path, chord_mm: float, sew_mm: float) -> CadMe
     raise AssertionError("the last round returns or raises")
 
 
-def _measured(gmsh: Any, path: Path, faces: Sequence[int]) -> CadMesh:
-    """Returns the present mesh with its chord and seams."""
+def _measured(gmsh: Any, path: Path, faces: Sequence[int], unit: float) -> CadMesh:
+    """Returns the present mesh with its chord and seams; vertices have 32 bits of a unit, if there is one."""
     import numpy as np
 
     nodes, coordinates, _ = gmsh.model.mesh.getNodes(returnParametricCoord=False)
     at = np.asarray(coordinates, dtype=np.float64).reshape(-1, 3)
+    if unit:
+        at = (at / unit).astype(np.float32).astype(np.float64) * unit
     index = np.zeros(int(nodes.max()) + 1, dtype=np.int64)
     index[nodes] = np.arange(len(nodes))
     worst, points = 0.0, 0
@@ -198,9 +223,8 @@ def _measured(gmsh: Any, path: Path, faces: Sequence[int]) -> CadMesh:
     used, compact = np.unique(triangles, return_inverse=True)
     vertices, triangles = vertices[used], compact.reshape(-1, 3)
     triangles = _oriented(vertices, triangles, surfaces)
-    return CadMesh(
-        vertices, triangles.astype(np.uint32), surfaces, _up(_BETWEEN * worst), points, _seams(vertices, triangles)
-    )
+    chord, seams = _up(_BETWEEN * worst), _seams(vertices, triangles)
+    return CadMesh(vertices, triangles.astype(np.uint32), surfaces, chord, points, seams, _crowded(triangles))
 
 
 def _chord_of_face(gmsh: Any, face: int, corners: NDArray[np.float64]) -> tuple[float, int]:
@@ -293,7 +317,7 @@ def _oriented(
     """Returns the triangles with neighbouring surfaces turned alike, and closed bodies outward.
 
     Triangles of one surface are turned alike already. The surface with the least number keeps its
-    sense in an open body.
+    sense in an open body, and in a closed one that lies in another: a hollow of it, or a body of its own.
     """
     import numpy as np
 
@@ -307,6 +331,7 @@ def _oriented(
             neighbours[pair[0][0]].append((pair[1][0], turned))
             neighbours[pair[1][0]].append((pair[0][0], turned))
     is_turned: dict[int, bool] = {}
+    closed: list[NDArray[np.bool_]] = []
     out = triangles.copy()
     for root in np.unique(surfaces).tolist():
         if root in is_turned:
@@ -323,11 +348,45 @@ def _oriented(
         flip = np.isin(surfaces, [surface for surface in body if is_turned[surface]])
         out[flip] = out[flip][:, ::-1]
         mine = np.isin(surfaces, body)
-        a, b, c = (vertices[out[mine][:, k]] for k in range(3))
+        if not _seams(vertices, out[mine]):
+            closed.append(mine)
+    corners = [vertices[out[mine]] for mine in closed]
+    for k, mine in enumerate(closed):
+        a, b, c = (corners[k][:, i] for i in range(3))
         volume = float(np.einsum("ij,ij->i", a, np.cross(b, c)).sum())
-        if volume < 0.0 and not _seams(vertices, out[mine]):
+        if volume < 0.0 and not any(_lies_in(corners[k], other) for j, other in enumerate(corners) if j != k):
             out[mine] = out[mine][:, ::-1]
     return out
+
+
+def _lies_in(inner: NDArray[np.float64], outer: NDArray[np.float64]) -> bool:
+    """Returns whether a closed surface lies in another, which it does not cross, by their corners."""
+    import numpy as np
+
+    low, high = outer.min(axis=(0, 1)), outer.max(axis=(0, 1))
+    if (inner.min(axis=(0, 1)) < low).any() or (inner.max(axis=(0, 1)) > high).any():
+        return False
+    # A ray that is parallel to no face of usual parts crosses the outer surface an odd number of times.
+    way = np.array([0.5377, 0.3162, 0.7816])
+    start = inner[0].mean(axis=0)
+    a, u, v = outer[:, 0], outer[:, 1] - outer[:, 0], outer[:, 2] - outer[:, 0]
+    across = np.cross(way, v)
+    whole = np.einsum("ij,ij->i", u, across)
+    whole[whole == 0.0] = np.finfo(float).tiny
+    to = start - a
+    s = np.einsum("ij,ij->i", to, across) / whole
+    turned = np.cross(to, u)
+    t = turned @ way / whole
+    far = np.einsum("ij,ij->i", v, turned) / whole
+    return bool(((s >= 0.0) & (t >= 0.0) & (s + t <= 1.0) & (far > 0.0)).sum() % 2)
+
+
+def _crowded(triangles: NDArray[np.int64]) -> int:
+    """Returns the number of edges with more than two triangles."""
+    import numpy as np
+
+    _, count = np.unique(np.sort(_edges(triangles), axis=1), axis=0, return_counts=True)
+    return int((count > 2).sum())
 
 
 def _seams(vertices: NDArray[np.float64], triangles: NDArray[np.int64]) -> tuple[Seam, ...]:
@@ -379,21 +438,52 @@ def obj_bytes(mesh: CadMesh) -> bytes:
     return ("\n".join(lines) + "\n").encode()
 
 
-def with_chord(job: dict[str, Any], chord_mm: float) -> dict[str, Any]:
-    """Returns a job whose operations have this chord as ``mesh_chord_mm``.
+def with_chord(
+    job: dict[str, Any], chord_mm: float, is_mesh: Callable[[str], bool]
+) -> tuple[dict[str, Any], list[str]]:
+    """Returns a job with this chord as ``mesh_chord_mm`` of the operations on a mesh, and what was done.
 
-    :raises Error: if an operation has no tolerances.
+    An operation whose drive and part meshes are all the mesh gets the chord; one with other meshes
+    among them keeps its own where that is larger; one without the mesh stays as it is.
+
+    :param is_mesh: whether a mesh entry's ``file`` is the mesh.
+    :raises Error: if an operation has no tolerances, or no setup of the job.
     """
     changed: dict[str, Any] = json.loads(json.dumps(job))
     operations = changed.get("operations") if isinstance(changed, dict) else None
     if not isinstance(operations, list) or not operations:
         raise Error("operations: the job has none")
+    setups = changed.get("setups")
+    if not isinstance(setups, list) or not all(isinstance(setup, dict) for setup in setups):
+        raise Error("setups: the job has none")
+    said = []
     for k, operation in enumerate(operations):
         tolerances = operation.get("tolerances") if isinstance(operation, dict) else None
         if not isinstance(tolerances, dict):
             raise Error(f"operations[{k}].tolerances: is missing")
-        tolerances["mesh_chord_mm"] = chord_mm
-    return changed
+        before = tolerances.get("mesh_chord_mm", 0.0)
+        if not isinstance(before, (int, float)):
+            raise Error(f"operations[{k}].tolerances.mesh_chord_mm: is no number")
+        name = f"operation {operation.get('name', k)!r}"
+        setup = operation.get("setup")
+        mine = [s for s in setups if setup is None or s.get("name") == setup]
+        if not mine:
+            raise Error(f"operations[{k}].setup: no setup has the name {setup!r}")
+        entries = [entry for s in mine for entry in s.get("meshes") or [] if isinstance(entry, dict)]
+        meshes = [entry for entry in entries if entry.get("role") in ("drive", "part")]
+        are = [is_mesh(str(entry.get("file"))) for entry in meshes]
+        if not any(are):
+            said.append(f"{name} stays at mesh_chord_mm {before}: none of its drive and part meshes is this one")
+            continue
+        chord = chord_mm if all(are) else max(before, chord_mm)
+        tolerances["mesh_chord_mm"] = chord
+        if all(are):
+            said.append(f"{name}: mesh_chord_mm is {chord}, was {before}")
+        elif chord == before:
+            said.append(f"{name} stays at mesh_chord_mm {before}: other drive and part meshes may need it")
+        else:
+            said.append(f"{name}: mesh_chord_mm is {chord}, was {before}; it has other drive and part meshes, too")
+    return changed, said
 
 
 def _write(path: Path, content: bytes) -> None:
@@ -418,7 +508,7 @@ def _umask() -> int:
     return mask
 
 
-def _job_of(path: Path, chord_mm: float) -> bytes:
+def _job_of(path: Path, chord_mm: float, mesh: Path) -> tuple[bytes, list[str]]:
     try:
         job = json.loads(path.read_text(encoding="utf-8"))
     except OSError as error:
@@ -426,7 +516,8 @@ def _job_of(path: Path, chord_mm: float) -> bytes:
     except ValueError as error:
         raise Error(f"{path}: is no JSON: {error}") from None
     try:
-        return (json.dumps(with_chord(job, chord_mm), indent=2, ensure_ascii=False) + "\n").encode()
+        changed, said = with_chord(job, chord_mm, lambda file: (path.parent / file).resolve() == mesh.resolve())
+        return (json.dumps(changed, indent=2, ensure_ascii=False) + "\n").encode(), said
     except Error as error:
         raise Error(f"{path}: {error}") from None
 
@@ -440,6 +531,8 @@ def summary(mesh: CadMesh) -> str:
     ]
     if mesh.is_closed:
         lines.append("closed: every edge has two triangles")
+    if mesh.crowded:
+        lines.append(f"{mesh.crowded} edges with more than two triangles: bodies touch, or a surface is there twice")
     for seam in mesh.seams[:10]:
         x, y, z = seam.at
         lines.append(f"open seam of {seam.length_mm:.3f} mm ({seam.edges} edges) at ({x:.3f}, {y:.3f}, {z:.3f})")
@@ -457,19 +550,19 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("mesh", type=Path, help="mesh to write: .obj (one group for each surface), .stl or .glb")
     parser.add_argument("--chord-mm", type=float, required=True, help="largest distance from the surfaces, mm")
     parser.add_argument("--sew-mm", type=float, default=0.0, help="sew faces whose edges are as near, mm")
-    parser.add_argument("--job", type=Path, help="job file that gets the measured chord as mesh_chord_mm")
+    parser.add_argument("--job", type=Path, help="job file whose operations on the mesh get the measured chord as mesh_chord_mm")
     given = parser.parse_args(arguments)
     try:
         if given.mesh.suffix.lower() not in (".obj", ".stl", ".glb"):
             raise Error(f"{given.mesh}: must end in .obj, .stl or .glb")
-        mesh = tessellate(given.cad, given.chord_mm, given.sew_mm)
+        mesh = tessellate(given.cad, given.chord_mm, given.sew_mm, given.mesh.suffix)
         if given.mesh.suffix.lower() == ".obj":
             content = obj_bytes(mesh)
         else:
             from facemill import mesh_bytes
 
             content = mesh_bytes(given.mesh.name, mesh.vertices, mesh.triangles)
-        job = _job_of(given.job, mesh.chord_mm) if given.job else None
+        job, said = _job_of(given.job, mesh.chord_mm, given.mesh) if given.job else (None, [])
         _write(given.mesh, content)
         if job is not None:
             _write(given.job, job)
@@ -478,7 +571,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return 2
     print(f"{given.mesh}: {summary(mesh)}")
     if job is not None:
-        print(f"{given.job}: mesh_chord_mm is {mesh.chord_mm} in every operation")
+        print("\n".join(f"{given.job}: {line}" for line in said))
     return 0
 
 

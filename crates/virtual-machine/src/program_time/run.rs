@@ -155,7 +155,9 @@ impl<'a> Timer<'a> {
         let keeps_to_lines = control.corners == CornerRule::JunctionDeviation;
         let law = if keeps_to_lines {
             let deviation = f64::from(control.junction_deviation_um) * 1e-3;
-            deviation_law(&run.start, &run.blocks, axes, &DeviationSettings { deviation, look_ahead })
+            let small_segments = f64::from(control.small_segments_mm);
+            let settings = DeviationSettings { deviation, small_segments, look_ahead };
+            deviation_law(&run.start, &run.blocks, axes, &settings)
         } else {
             let (tolerance, cycle) = (self.tolerance.path, f64::from(control.cycle_us) * 1e-6);
             trapezoid_law(&run.start, &run.blocks, axes, &TrapezoidSettings { tolerance, look_ahead, cycle })

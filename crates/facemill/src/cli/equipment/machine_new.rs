@@ -62,7 +62,8 @@ pub(crate) struct NewMachineArguments {
     /// Largest jerk of an axis, mm/s³ or deg/s³
     #[arg(long, value_name = "AXIS=VALUE", value_parser = axis_value)]
     jerk: Vec<(String, f64)>,
-    /// Sense in which an axis counts, compared with ISO 841: C=iso, C=reversed
+    /// Sense in which an axis counts, compared with ISO 841: C=iso, C=reversed. B of either lean is
+    /// iso if +B tilts the tool, as seen from the workpiece, from +z toward +x
     #[arg(long, value_name = "AXIS=SENSE", value_parser = sense)]
     sense: Vec<(String, MeasuredSense)>,
     /// Axis that counts against ISO 841, such as rotary tables of LinuxCNC's old convention: short

@@ -23,7 +23,7 @@ fn total(law: &TrapezoidLaw) -> f64 {
     law.times.iter().sum()
 }
 
-const WIDE: DeviationSettings = DeviationSettings { deviation: 0.01, look_ahead: 1000 };
+const WIDE: DeviationSettings = DeviationSettings { deviation: 0.01, small_segments: 0.0, look_ahead: 1000 };
 
 /// A degree counts as a millimetre: a line of X and C in pieces takes the time of the whole.
 #[test]
@@ -61,7 +61,13 @@ fn a_right_angle_is_taken_at_the_speed_of_its_arc() {
 
 /// Corner speeds as published for the planner: by the cosine between the lines, then twice over the
 /// whole program, and trapezoids between.
-fn slow(ends: &[AxisValues], axes: &[AxisBounds], is_linear: &[bool], tip: &[f64], deviation: f64) -> f64 {
+fn slow(
+    ends: &[AxisValues],
+    axes: &[AxisBounds],
+    is_linear: &[bool],
+    tip: &[f64],
+    (deviation, small): (f64, f64),
+) -> f64 {
     let unit = |k: usize| if is_linear[k] { 1.0 } else { 180.0 / std::f64::consts::PI };
     let n = axes.len();
     let mut at = vec![0.0; n];
@@ -85,7 +91,10 @@ fn slow(ends: &[AxisValues], axes: &[AxisBounds], is_linear: &[bool], tip: &[f64
         let norm = u.iter().zip(v).map(|(a, b)| (b - a) * (b - a)).sum::<f64>().sqrt();
         let most =
             (0..n).map(|k| axes[k].acceleration * unit(k) * norm / (v[k] - u[k]).abs()).fold(f64::INFINITY, f64::min);
-        let by_corner = most * deviation * sin / (1.0 - sin);
+        let mut by_corner = most * deviation * sin / (1.0 - sin);
+        if pair[1].0 < small && cos < -(0.5_f64.sqrt()) {
+            by_corner = by_corner.min(most.min(pair[1].2) * pair[1].0 / (-cos).acos().max(0.033));
+        }
         square.push(by_corner.min(pair[0].1.powi(2)).min(pair[1].1.powi(2)));
     }
     square.push(0.0);
@@ -130,15 +139,60 @@ fn programs_take_the_time_of_the_slow_planner() {
         let deviation = 10_f64.powf(r.between(-3.0, -1.0));
         let blocks: Vec<ProgramBlock> =
             ends.iter().zip(&tip).map(|(end, tip)| ProgramBlock { tip_time: *tip, ..block(*end) }).collect();
-        let run = |deviation, look_ahead| {
-            let settings = DeviationSettings { deviation, look_ahead };
+        let run_small = |deviation, small_segments, look_ahead| {
+            let settings = DeviationSettings { deviation, small_segments, look_ahead };
             total(&deviation_law(&AxisValues::zeros(5), &blocks, (&axes, &is_linear), &settings).unwrap())
         };
-        let (law, expected) = (run(deviation, 1000), slow(&ends, &axes, &is_linear, &tip, deviation));
+        let run = |deviation, look_ahead| run_small(deviation, 0.0, look_ahead);
+        // One pass over all that is in sight is the same as the passes from every block.
+        assert!(run(deviation, 60) == run(deviation, 59), "round {round}");
+        let (law, expected) = (run(deviation, 1000), slow(&ends, &axes, &is_linear, &tip, (deviation, 0.0)));
         assert!((law - expected).abs() < 1e-9 * expected, "round {round}: {law} and {expected}");
         // More room in a corner, or more sight, is never slower.
         assert!(run(2.0 * deviation, 1000) <= law * (1.0 + 1e-12), "round {round}");
         assert!(run(deviation, 3) >= law * (1.0 - 1e-12), "round {round}");
         assert!(run(deviation, 3) <= run(0.0, 1000) * (1.0 + 1e-12), "round {round}");
     }
+}
+
+/// Curves in short steps, whose corners are flat: Marlin's bound is the one that counts there.
+#[test]
+fn short_segments_at_flat_corners_are_slowed_as_on_an_arc() {
+    let mut r = Random(733);
+    let is_linear = [true, true, false];
+    let mut slowed = 0;
+    for round in 0..100 {
+        let axes = [axis(300.0, r.between(100.0, 2000.0)), axis(300.0, r.between(100.0, 2000.0)), axis(9.0, 40.0)];
+        let (step, turn) = (r.between(0.05, 2.0), r.between(0.001, 1.0));
+        let (mut at, mut heading) = (AxisValues::zeros(3), 0.0_f64);
+        let ends: Vec<AxisValues> = (0..50)
+            .map(|_| {
+                heading += turn * r.between(0.5, 1.0);
+                let steps = [step * heading.cos(), step * heading.sin(), 0.002 * r.between(-step, step)];
+                at = AxisValues::from_fn(3, |k| at[k] + steps[k]);
+                at
+            })
+            .collect();
+        let tip = vec![step / 200.0; ends.len()];
+        let blocks: Vec<ProgramBlock> =
+            ends.iter().zip(&tip).map(|(end, tip)| ProgramBlock { tip_time: *tip, ..block(*end) }).collect();
+        let run = |small_segments| {
+            let settings = DeviationSettings { deviation: 0.05, small_segments, look_ahead: 1000 };
+            total(&deviation_law(&AxisValues::zeros(3), &blocks, (&axes, &is_linear), &settings).unwrap())
+        };
+        let (law, expected) = (run(1.0), slow(&ends, &axes, &is_linear, &tip, (0.05, 1.0)));
+        assert!((law - expected).abs() < 1e-9 * expected, "round {round}: {law} and {expected}");
+        assert!(law >= run(0.0) * (1.0 - 1e-12), "round {round}");
+        slowed += usize::from(law > 1.05 * run(0.0));
+    }
+    assert!(slowed > 10, "{slowed} rounds");
+    // A straight line in pieces of 0.1 mm: v² is at most a·0.1/0.033.
+    let axes = [axis(1e6, 500.0)];
+    let ends: Vec<AxisValues> = (1..=2000).map(|k| AxisValues::from([0.1 * f64::from(k)])).collect();
+    let law = timed(&ends, &axes, &[true], DeviationSettings { small_segments: 1.0, look_ahead: 5000, ..WIDE });
+    let most = (500.0_f64 * 0.1 / 0.033).sqrt();
+    // The speed grows a little within each piece, up to the square of most and a half piece.
+    let (slowest, fastest) = (0.1 / most, 0.1 / (most * most + 500.0 * 0.1).sqrt());
+    let middle = &law.times[900..1100];
+    assert!(middle.iter().all(|t| (fastest..slowest * (1.0 + 1e-9)).contains(t)), "{middle:?}");
 }
