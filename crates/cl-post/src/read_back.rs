@@ -132,7 +132,9 @@ impl Comparison {
                 }
             };
             found += 1;
-            self.kind_and_time(position, (line, block.line), &motion, planned);
+            let cut_time =
+                if let Ok(AxisMotion::Cut(cut)) = &motion { Some(cut.time.unwrap_or(f64::INFINITY)) } else { None };
+            self.kind_and_time(position.kind, (line, block.line), cut_time, planned);
             let reached = machine.cl_point(&to, tool_length);
             self.position(position, (line, part.tool.tool.cutter().radius()), &reached);
             // The way to the first position is the template's.
@@ -158,25 +160,22 @@ impl Comparison {
         }
     }
 
-    /// Compares kind and time of a block with those that are meant.
+    /// Compares kind and time of a block with those that are meant; `cut_time` is the time of a cut,
+    /// s, `None` of a rapid.
     fn kind_and_time(
         &mut self,
-        position: &Position,
+        kind: PositionKind,
         (line, program_line): (u32, u32),
-        motion: &Result<AxisMotion, String>,
+        cut_time: Option<f64>,
         planned: f64,
     ) {
-        let is_rapid = matches!(motion, Ok(AxisMotion::Rapid { .. }));
-        let is_meant_rapid = planned == 0.0 && !matches!(position.kind, PositionKind::Cut(_));
-        let fault = if is_rapid && !is_meant_rapid {
-            "is a rapid, and is to be a cut".to_owned()
-        } else if let Ok(AxisMotion::Cut(cut)) = motion
-            && let Some(time) = cut.time
-            && (time - planned).abs() > SAME_BLOCK_TIME * planned + SHORT_BLOCK
-        {
-            format!("takes {time:.3} s by its F, and {planned:.3} s by the feed of the file")
-        } else {
-            return;
+        let is_meant_rapid = planned == 0.0 && !matches!(kind, PositionKind::Cut(_));
+        let fault = match cut_time {
+            None if !is_meant_rapid => "is a rapid, and is to be a cut".to_owned(),
+            Some(time) if (time - planned).abs() > SAME_BLOCK_TIME * planned + SHORT_BLOCK => {
+                format!("takes {time:.3} s by its F, and {planned:.3} s by the feed of the file")
+            }
+            _ => return,
         };
         if self.faults.len() < MOST_FAULTS {
             self.faults.push(PostNote::at(line, format!("line {program_line} of the program {fault}")));
@@ -288,3 +287,7 @@ const WORD_ROUNDING: f64 = 1e-3;
 
 /// Faults of one kind that are listed.
 const MOST_FAULTS: usize = 20;
+
+#[cfg(test)]
+#[path = "../tests/unit/read_back.rs"]
+mod tests;

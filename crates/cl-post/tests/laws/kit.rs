@@ -80,6 +80,13 @@ impl Stage {
         Self::of(name, law, PostFile { dialect, feed_mode, ..PostFile::default() })
     }
 
+    /// FANUC under RTCP with so many decimals of linear and rotary words.
+    pub(crate) fn rtcp(name: &str, linear: u8, rotary: u8) -> Self {
+        let decimals = Decimals { linear, rotary, ..Decimals::default() };
+        let post = PostFile { decimals, feed_mode: FeedMode::Rtcp, ..PostFile::default() };
+        Self::of(name, Some("tip_and_rotaries_linear"), post)
+    }
+
     fn of(name: &str, law: Option<&str>, post: PostFile) -> Self {
         let machine = machine(name, law);
         let table_from_work = Isometry3::from(middle(&machine).coords);

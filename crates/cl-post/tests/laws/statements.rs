@@ -127,6 +127,10 @@ fn another_cutter_or_sense_of_the_spindle_is_noted() {
     let notes: Vec<String> = stage.post(&text).report.notes.into_iter().map(|n| n.text).collect();
     assert!(notes.iter().any(|n| n.starts_with("ANOTHER CUTTER: CUTTER has diameter 12.000")), "{notes:?}");
     assert!(notes.iter().any(|n| n.starts_with("the spindle turns against the sense")), "{notes:?}");
+    let later = format!("{HEAD}SPINDL/CCLW\nGOTO/0,0,50\nRAPID\nGOTO/0,0,60\nFINI");
+    let posted = stage.post(&later);
+    assert!(posted.text.contains("S3000 M4"), "{}", posted.text);
+    assert!(posted.report.notes.iter().any(|n| n.text.starts_with("the spindle turns against the sense")));
     let whole = format!("CUTTER/20,1\n{HEAD}FINI");
     assert_eq!(stage.post(&whole).report.notes, []);
     let cut_off = stage.post(HEAD).report.notes;
