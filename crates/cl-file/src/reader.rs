@@ -1,3 +1,5 @@
+use std::collections::BTreeMap;
+
 use facemill_cl_data::ClPoint;
 use nalgebra::{Point3, Unit, Vector3};
 
@@ -22,7 +24,7 @@ const INCH: f64 = 25.4;
 /// # Errors
 /// When a known statement has invalid values, or an axis has length zero.
 pub fn read_apt(text: impl AsRef<[u8]>) -> Result<AptFile, ReadError> {
-    let mut reader = AptReader { file: AptFile::default(), state: State::default() };
+    let mut reader = AptReader { file: AptFile::default(), unknown: BTreeMap::new(), state: State::default() };
     for statement in Statements::new(text.as_ref()) {
         let meaning = reader.statement(&statement)?;
         reader.file.statements.push(AptStatement { line: statement.line, text: statement.text.into(), meaning });
@@ -32,6 +34,8 @@ pub fn read_apt(text: impl AsRef<[u8]>) -> Result<AptFile, ReadError> {
 
 struct AptReader {
     file: AptFile,
+    /// Index of every unknown word.
+    unknown: BTreeMap<String, usize>,
     state: State,
 }
 
@@ -40,6 +44,8 @@ struct State {
     axis: Unit<Vector3<f64>>,
     tip: Option<Point3<f64>>,
     feed: Option<FeedInForce>,
+    /// mm per unit of the last feed whose unit was given.
+    feed_unit: Option<f64>,
     /// Spindle speed of the last SPINDL with one, 1/min.
     rpm: Option<f64>,
     is_rapid: bool,
@@ -68,6 +74,7 @@ impl Default for State {
             axis: Vector3::z_axis(),
             tip: None,
             feed: None,
+            feed_unit: None,
             rpm: None,
             is_rapid: false,
             is_arc: false,
@@ -99,7 +106,7 @@ impl AptReader {
                 AptMeaning::Rapid
             }
             "GOTO" | "FROM" | "GODLTA" => self.point(raw, &word, &values)?,
-            "TLON" => match along_circle(raw, self.state.unit, self.state.tip, self.state.direction)? {
+            "TLON" => match along_circle(raw, self.state.unit, self.state.tip, self.state.direction.take())? {
                 Some((arc, end)) => {
                     self.start_arc(Some(arc));
                     self.push_point(raw, &word, end)?
@@ -194,9 +201,17 @@ impl AptReader {
         }
         let value = number.ok_or_else(|| fault(raw, "FEDRAT", "expected a number"))?;
         let (is_per_minute, unit) = match (unit, self.state.feed) {
-            (Some(unit), _) => unit,
+            (Some(unit), _) => {
+                self.state.feed_unit = Some(unit.1);
+                unit
+            }
             (None, Some(FeedInForce::PerRevolution(_))) => {
                 return Err(fault(raw, "FEDRAT", "behind a feed per revolution the unit must be given: MMPM or MMPR"));
+            }
+            (None, _) if self.state.feed_unit.is_some_and(|unit| unit != self.state.unit) => {
+                let why =
+                    "behind a feed in another unit than that of UNITS the unit must be given: MMPM, IPM or PERMIN";
+                return Err(fault(raw, "FEDRAT", why));
             }
             (None, _) => (true, self.state.unit),
         };
@@ -221,22 +236,26 @@ impl AptReader {
         })
     }
 
-    /// Reads a spindle speed, or that the spindle is switched.
+    /// Reads a spindle speed, or that the spindle is switched. A sense alone is the last speed in
+    /// that sense.
     fn spindle(&mut self, raw: &RawStatement, values: &[(usize, &str)]) -> Result<AptMeaning, ReadError> {
-        if ["SFM", "SMM"].iter().any(|word| has(values, word)) {
-            return Err(fault(raw, "SPINDL", "a cutting speed is not supported; give the speed as RPM"));
+        let said = said_of_spindle(raw, values)?;
+        if let Some(rpm) = said.rpm.filter(|rpm| *rpm > 0.0) {
+            self.state.rpm = Some(rpm);
         }
-        Ok(match first_number(values) {
-            Some(rpm) if rpm < 0.0 => return Err(fault(raw, "SPINDL", "the speed is below 0; give CLW or CCLW")),
-            Some(rpm) if rpm > 0.0 => {
-                self.state.rpm = Some(rpm);
-                AptMeaning::Spindle { rpm, clockwise: !has(values, "CCLW") }
+        if said.is_off || said.rpm == Some(0.0) {
+            return Ok(AptMeaning::SpindleOff);
+        }
+        match (said.rpm, said.clockwise) {
+            (Some(rpm), clockwise) => Ok(AptMeaning::Spindle { rpm, clockwise: clockwise.unwrap_or(true) }),
+            (None, Some(clockwise)) => {
+                let rpm = self.state.rpm.ok_or_else(|| fault(raw, "SPINDL", "no speed was given before"))?;
+                Ok(AptMeaning::Spindle { rpm, clockwise })
             }
-            Some(_) => AptMeaning::SpindleOff,
-            None if has(values, "OFF") => AptMeaning::SpindleOff,
-            None if has(values, "ON") => AptMeaning::SpindleOn,
-            None => AptMeaning::Auxiliary,
-        })
+            (None, None) if said.is_on => Ok(AptMeaning::SpindleOn),
+            (None, None) if said.has_range => Ok(AptMeaning::Auxiliary),
+            (None, None) => Err(fault(raw, "SPINDL", "expected a speed, CLW, CCLW, ON or OFF")),
+        }
     }
 
     fn start_arc(&mut self, arc: Option<AptArc>) {
@@ -291,17 +310,85 @@ impl AptReader {
         state.tip = Some(tip);
         // RAPID and CIRCLE apply to one point.
         (state.is_rapid, state.is_arc) = (false, false);
+        state.direction = None;
         let cl = ClPoint { tip, axis: state.axis };
         self.file.points.push(AptPoint { line: raw.line, kind, cl, feed, frame: state.frame, arc });
         Ok(AptMeaning::Point(self.file.points.len() - 1))
     }
 
     fn keep_unknown(&mut self, word: String, line: u32) -> AptMeaning {
-        match self.file.unknown.iter_mut().find(|unknown| unknown.word == word) {
-            Some(unknown) => unknown.count += 1,
-            None => self.file.unknown.push(AptUnknownWord { word, line, count: 1 }),
+        match self.unknown.get(&word) {
+            Some(&index) => self.file.unknown[index].count += 1,
+            None => {
+                self.unknown.insert(word.clone(), self.file.unknown.len());
+                self.file.unknown.push(AptUnknownWord { word, line, count: 1 });
+            }
         }
         AptMeaning::Unknown
+    }
+}
+
+/// Largest speed of a spindle, 1/min.
+const MAX_RPM: f64 = 1e6;
+
+/// Values of SPINDL.
+#[derive(Default)]
+struct SaidOfSpindle {
+    /// 1/min, not below 0.
+    rpm: Option<f64>,
+    clockwise: Option<bool>,
+    is_on: bool,
+    is_off: bool,
+    has_range: bool,
+}
+
+/// Returns what SPINDL says.
+///
+/// # Errors
+/// If a word is not known, a number is none, or two values contradict each other.
+fn said_of_spindle(raw: &RawStatement, values: &[(usize, &str)]) -> Result<SaidOfSpindle, ReadError> {
+    let wrong = |why| Err(fault(raw, "SPINDL", why));
+    let mut said = SaidOfSpindle::default();
+    let mut largest = f64::INFINITY;
+    let mut values = values.iter().filter(|(_, value)| !value.is_empty());
+    while let Some(&(at, value)) = values.next() {
+        match value.to_ascii_uppercase().as_str() {
+            "RPM" => {}
+            "ON" => said.is_on = true,
+            "OFF" => said.is_off = true,
+            sense @ ("CLW" | "CCLW") => {
+                let clockwise = sense == "CLW";
+                if said.clockwise.replace(clockwise).is_some_and(|before| before != clockwise) {
+                    return wrong("it has two senses");
+                }
+            }
+            "RANGE" => {
+                said.has_range = true;
+                if values.next().is_none() {
+                    return wrong("expected a range behind RANGE");
+                }
+            }
+            "MAXRPM" => match values.next() {
+                Some(value) => largest = raw.number(*value)?,
+                None => return wrong("expected a speed behind MAXRPM"),
+            },
+            "SFM" | "SMM" => return wrong("a cutting speed is not supported; give the speed as RPM"),
+            word if word.starts_with(|c: char| c.is_ascii_alphabetic()) => {
+                return wrong("expected RPM, CLW, CCLW, ON, OFF, RANGE or MAXRPM");
+            }
+            _ => {
+                if said.rpm.replace(raw.number((at, value))?).is_some() {
+                    return wrong("it has two speeds");
+                }
+            }
+        }
+    }
+    match said.rpm {
+        _ if said.is_on && said.is_off => wrong("it has ON and OFF"),
+        Some(rpm) if rpm < 0.0 => wrong("the speed is below 0; give CLW or CCLW"),
+        Some(rpm) if rpm > largest => wrong("the speed is above MAXRPM"),
+        Some(rpm) if rpm > MAX_RPM => wrong("the speed is above 1000000 revolutions per minute"),
+        _ => Ok(said),
     }
 }
 

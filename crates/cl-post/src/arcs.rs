@@ -10,9 +10,12 @@ use nalgebra::{Point3, Unit, UnitQuaternion, Vector3};
 /// centre for an arc; smaller refuses files in inches with three decimals.
 const RADIUS_DIFFERENCE: f64 = 0.05;
 
-/// Distance of the ends below which the arc is a full circle, mm. Larger takes short arcs for full
-/// ones; smaller takes a full circle whose ends are rounded apart for no way.
-const CLOSED: f64 = 1e-3;
+/// Distance of the ends below which the arc is a full circle, mm: rounding of the same decimals.
+const CLOSED: f64 = 1e-6;
+
+/// Distance of the ends below which the angle has to say whether the arc is a full circle or next
+/// to none, mm: rounding of three decimals in a file.
+const NEARLY_CLOSED: f64 = 1e-3;
 
 /// Largest difference of the angle of the turn from that of the statement, rad.
 const ANGLE_DIFFERENCE: f64 = 0.01;
@@ -29,7 +32,7 @@ const MAX_CHORDS: f64 = 100_000.0;
 pub(crate) fn chords(from: &ClPoint, to: &ClPoint, arc: &AptArc, tolerance: f64) -> Result<Vec<ClPoint>, String> {
     let [(start, low), (end, high)] = [from, to].map(|cl| across(&cl.tip, arc));
     let radii = [start.norm(), end.norm()];
-    if (radii[0] - radii[1]).abs() > RADIUS_DIFFERENCE || radii[0] < CLOSED {
+    if (radii[0] - radii[1]).abs() > RADIUS_DIFFERENCE || radii[0] < NEARLY_CLOSED {
         return Err(format!(
             "the arc begins {:.4} mm from its axis and ends {:.4} mm from it: centre, axis or end are wrong",
             radii[0], radii[1]
@@ -68,9 +71,21 @@ fn across(tip: &Point3<f64>, arc: &AptArc) -> (Vector3<f64>, f64) {
 /// says the other way round.
 fn turn(arc: &AptArc, start: &Vector3<f64>, end: &Vector3<f64>) -> Result<f64, String> {
     let angle = arc.axis.dot(&start.cross(end)).atan2(start.dot(end)).rem_euclid(TAU);
-    let is_closed = (start - end).norm() < CLOSED;
-    let turn = if is_closed { TAU } else { angle };
-    let Some(given) = arc.angle else { return Ok(turn) };
+    let apart = (start - end).norm();
+    let turn = if apart < CLOSED { TAU } else { angle };
+    let Some(given) = arc.angle else {
+        if (CLOSED..NEARLY_CLOSED).contains(&apart) {
+            return Err(format!(
+                "the ends of the arc are {apart:.6} mm apart: it may be a full circle or none; give ANGLE, or the same \
+                 point twice"
+            ));
+        }
+        return Ok(turn);
+    };
+    if apart < NEARLY_CLOSED && (TAU - given.abs()).abs() <= ANGLE_DIFFERENCE {
+        // Rounding puts the end of a full circle before or behind its start.
+        return Ok(if turn > 0.5 * TAU { turn } else { turn + TAU });
+    }
     if (given.abs() - turn).abs() <= ANGLE_DIFFERENCE {
         Ok(turn)
     } else if (TAU - turn - given.abs()).abs() <= ANGLE_DIFFERENCE {

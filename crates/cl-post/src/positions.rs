@@ -11,9 +11,9 @@ use facemill_inverse_kinematics::path::{Change, PathChoice, PathError, PathSetti
 use facemill_inverse_kinematics::{AxisValues, BlockLaw, BranchPreference, Machine};
 
 use crate::fault::PostFault;
-use crate::positions::turns::{lifted, other_solution, turned};
-use crate::positions::ways::{BetweenFault, MotionRules, between, held_by};
-use crate::report::PostNote;
+use crate::positions::turns::{lifted, other_solution, turned, with_tip};
+use crate::positions::ways::{BetweenFault, MotionRules, before, between, held_by};
+use crate::report::{PostNote, Remarks};
 use crate::scene::{ARC_SHARE, MOTION_SHARE, PostOptions, PostScene};
 use crate::steps::PathMove;
 
@@ -43,7 +43,7 @@ pub(crate) enum PositionKind {
     Cut(f64),
 }
 
-/// Returns the positions of all moves of a tool in order, with remarks.
+/// Returns the positions of all moves of a tool in order, with remarks, at most [`MAX_POSITIONS`].
 ///
 /// # Errors
 /// With the line: a pose that the machine does not reach, or whose way needs a retract that is not
@@ -53,7 +53,7 @@ pub(crate) fn positions(
     (tool_length, radius): (f64, f64),
     options: &PostOptions,
     moves: &[PathMove],
-    notes: &mut Vec<PostNote>,
+    remarks: &mut Remarks,
     monitor: &dyn Monitor,
 ) -> Result<Vec<Position>, PostFault> {
     let ways = MotionRules {
@@ -74,7 +74,7 @@ pub(crate) fn positions(
     monitor.checkpoint()?;
     let choice = choose_along(scene.machine, &poses, &kinds, Some(&start), tool_length, &settings);
     let choice = choice.map_err(|error| path_fault(&error, moves))?;
-    let mut follower = MoveFollower { ways, moves, poses: &poses, choice: &choice, notes, out: Vec::new() };
+    let mut follower = MoveFollower { ways, moves, poses: &poses, choice: &choice, remarks, out: Vec::new() };
     follower.follow(monitor)?;
     Ok(follower.out)
 }
@@ -103,12 +103,15 @@ fn path_fault(error: &PathError, moves: &[PathMove]) -> PostFault {
     }
 }
 
+/// Most positions of a tool: some gigabytes of memory.
+const MAX_POSITIONS: usize = 20_000_000;
+
 struct MoveFollower<'a> {
     ways: MotionRules<'a>,
     moves: &'a [PathMove],
     poses: &'a [ClPoint],
     choice: &'a PathChoice,
-    notes: &'a mut Vec<PostNote>,
+    remarks: &'a mut Remarks,
     out: Vec<Position>,
 }
 
@@ -131,6 +134,13 @@ impl MoveFollower<'_> {
             }
             if let Some(&(axis, value)) = turns.get(&k) {
                 self.turn_in_place(k, axis, value)?;
+            }
+            if self.out.len() > MAX_POSITIONS {
+                let why = format!(
+                    "more than {MAX_POSITIONS} positions keep the tolerance up to here: permit a larger one, \
+                                   or split the file"
+                );
+                return Err(PostFault::at(self.moves[k].line, why));
             }
         }
         Ok(())
@@ -203,44 +213,97 @@ impl MoveFollower<'_> {
         PostFault::at(self.moves[k].line, why.to_string())
     }
 
-    /// Goes to the end of a move before which rotary axes turn anew: in a rapid on its way, in a
-    /// cut with the tool lifted.
+    /// Goes to the end of a move before which rotary axes turn anew: with the tool lifted, or in a
+    /// rapid away from cuts with the tip on its line, which is unproven.
     fn change(&mut self, k: usize, to: &AxisValues, change: Change) -> Result<(), PostFault> {
         let line = self.moves[k].line;
         let name = self.change_name(change);
+        if let Some(retract) = self.ways.retract {
+            return self.turn_lifted(k, to, &name, retract);
+        }
+        let what = if self.moves[k].feed.is_some() {
+            "within the cut"
+        } else if self.touches_cut(k) {
+            "in a rapid from or to a cut"
+        } else {
+            return self.turn_on_line(k, to, &name);
+        };
+        let why = format!(
+            "{name} {what}: the tool has to be lifted there; permit it with a retract (--retract-mm), or change the path"
+        );
+        Err(PostFault::at(line, why))
+    }
+
+    /// Whether a cut ends where a rapid begins, or begins where it ends.
+    fn touches_cut(&self, k: usize) -> bool {
+        let is_cut = |m: &PathMove| m.feed.is_some();
+        self.moves[..k].last().is_some_and(is_cut) || self.moves.get(k + 1).is_some_and(is_cut)
+    }
+
+    /// Goes to the end of a rapid in which rotary axes turn anew, with the tip on its line.
+    fn turn_on_line(&mut self, k: usize, to: &AxisValues, name: &str) -> Result<(), PostFault> {
+        let line = self.moves[k].line;
         let from = self.at();
-        let Some(feed) = self.moves[k].feed else {
-            self.notes.push(PostNote::at(line, format!("RAPID in which {name}; the tip keeps to its line")));
-            let way =
-                turned(&self.ways, [&from, to], self.turn_tolerance(k)).map_err(|why| PostFault::at(line, why))?;
-            for axes in way {
-                self.push_between(k, (axes, None), self.together());
-            }
-            self.push(k, *to, self.together());
-            return Ok(());
-        };
-        let Some(retract) = self.ways.retract else {
-            let why = format!(
-                "{name} within the cut: the tool has to be lifted there; permit it with a retract (--retract-mm), or \
-                 change the path"
-            );
-            return Err(PostFault::at(line, why));
-        };
-        let again = other_solution(&self.ways, &self.poses[k - 1], to).map_err(|why| PostFault::at(line, why))?;
-        let up = lifted(&self.ways, &from, retract).map_err(|why| PostFault::at(line, why))?;
-        let up_again = lifted(&self.ways, &again, retract).map_err(|why| PostFault::at(line, why))?;
-        self.notes.push(PostNote::at(
-            line,
-            format!("the tool is lifted by {retract} mm along its axis, because {name} within the cut"),
-        ));
-        self.push_between(k, (up, None), self.together());
-        let way =
-            turned(&self.ways, [&up, &up_again], self.ways.in_cuts.tip).map_err(|why| PostFault::at(line, why))?;
-        for axes in way.into_iter().chain([up_again]) {
+        let text = format!(
+            "RAPID in which {name} without a lift, with the tip on its line: lift the tool (--retract-mm), or run the \
+             program against the part (--part, --job)"
+        );
+        self.remarks.unproven.push(PostNote::at(line, text));
+        let way = turned(&self.ways, [&from, to], self.turn_tolerance(k)).map_err(|why| PostFault::at(line, why))?;
+        for axes in way {
             self.push_between(k, (axes, None), self.together());
         }
-        self.push_between(k, (again, Some(self.poses[k - 1])), PositionKind::Cut(feed));
+        self.push(k, *to, self.together());
+        Ok(())
+    }
+
+    /// Goes to the end of a move before which the tool is lifted, rotary axes turn anew, and the
+    /// tool comes back to the same point: at the feed of the cut that it is on, or that ends there.
+    /// A rapid whose axes cannot follow the turn of the tool is passed lifted.
+    fn turn_lifted(&mut self, k: usize, to: &AxisValues, name: &str, retract: f64) -> Result<(), PostFault> {
+        let line = self.moves[k].line;
+        let from = self.at();
+        let at_line = |why| PostFault::at(line, why);
+        let pose = self.poses[k - 1];
+        let up = lifted(&self.ways, &from, retract).map_err(at_line)?;
+        let again = match self.moves[k].feed {
+            Some(_) => Some(other_solution(&self.ways, &pose, to).map_err(at_line)?),
+            None => before(&self.ways, [&pose, &self.poses[k]], to),
+        };
+        let within = if self.moves[k].feed.is_some() { "within the cut" } else { "in a rapid" };
+        let text = format!("the tool is lifted by {retract} mm along its axis, because {name} {within}");
+        self.remarks.notes.push(PostNote::at(line, text));
+        self.push_between(k, (up, None), self.together());
+        let Some(again) = again else { return self.pass_lifted(k, &up, to, retract) };
+        let up_again = lifted(&self.ways, &again, retract).map_err(at_line)?;
+        self.turn_to(k, &up, &up_again)?;
+        let down = self.moves[k].feed.or(self.moves[k - 1].feed).map_or_else(|| self.together(), PositionKind::Cut);
+        self.push_between(k, (again, Some(pose)), down);
         self.go(k, to)
+    }
+
+    /// Turns the rotary axes of the lifted tool to those of the end of a rapid, goes above it, and
+    /// down along the tool axis: at the feed of the cut that begins there.
+    fn pass_lifted(&mut self, k: usize, up: &AxisValues, to: &AxisValues, retract: f64) -> Result<(), PostFault> {
+        let at_line = |why| PostFault::at(self.moves[k].line, why);
+        let tip = self.ways.machine.cl_point(up, self.ways.tool_length).tip;
+        let turned = with_tip(&self.ways, to, &tip).map_err(at_line)?;
+        let above = lifted(&self.ways, to, retract).map_err(at_line)?;
+        self.turn_to(k, up, &turned)?;
+        self.push_between(k, (above, None), self.together());
+        let next = self.moves.get(k + 1).and_then(|m| m.feed);
+        self.push(k, *to, next.map_or_else(|| self.together(), PositionKind::Cut));
+        Ok(())
+    }
+
+    /// Turns the rotary axes of the lifted tool with the tip held.
+    fn turn_to(&mut self, k: usize, up: &AxisValues, turned_up: &AxisValues) -> Result<(), PostFault> {
+        let way = turned(&self.ways, [up, turned_up], self.ways.in_cuts.tip);
+        let way = way.map_err(|why| PostFault::at(self.moves[k].line, why))?;
+        for axes in way.into_iter().chain([*turned_up]) {
+            self.push_between(k, (axes, None), self.together());
+        }
+        Ok(())
     }
 
     fn change_name(&self, change: Change) -> String {

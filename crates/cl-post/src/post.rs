@@ -16,7 +16,7 @@ use crate::fault::PostFault;
 use crate::feeds::lower_feeds;
 use crate::positions::{Position, positions};
 use crate::read_back::{WrittenPart, compare};
-use crate::report::{POST_FORMAT, PostDeviation, PostNote, PostReport, PostedTool};
+use crate::report::{POST_FORMAT, PostDeviation, PostNote, PostReport, PostedTool, Remarks};
 use crate::scene::{PostOptions, PostScene, PostTool};
 use crate::steps::{FileSteps, PathMove, Step, ToolPart, steps};
 
@@ -30,6 +30,23 @@ pub struct Posted {
     pub report: PostReport,
     /// Whether the text is what the file says. If not, it must not be run.
     pub is_as_meant: bool,
+    /// Faults of the report that a run against the part without a finding disproves: rapids in which
+    /// rotary axes turn anew without a lift.
+    unproven: Vec<PostNote>,
+}
+
+impl Posted {
+    /// Makes remarks of the faults that a run against the part disproves. Does nothing unless the
+    /// report has such runs of all tools, without a fault.
+    pub fn take_proof(&mut self) {
+        let report = &mut self.report;
+        let mut runs = report.verifications.iter();
+        if report.verifications.len() != report.tools.len() || runs.any(|v| v.verification.faults().next().is_some()) {
+            return;
+        }
+        report.faults.retain(|fault| !self.unproven.contains(fault));
+        report.notes.append(&mut self.unproven);
+    }
 }
 
 /// Posts a CL file, and reads the program back.
@@ -49,11 +66,12 @@ pub fn post_cl(
     monitor: &dyn Monitor,
 ) -> Result<Posted, PostFault> {
     options.check()?;
-    let FileSteps { name, parts, words, mut faults, mut notes } = steps(file, options)?;
+    let FileSteps { name, parts, words, mut faults, notes } = steps(file, options, monitor)?;
     let name = name.unwrap_or_else(|| options.name.clone());
+    let mut remarks = Remarks { notes, unproven: Vec::new() };
     let mut made = Vec::new();
     for part in &parts {
-        made.push(MadePart::new(scene, options, (part, &name), &mut notes, monitor)?);
+        made.push(MadePart::new(scene, options, (part, &name), &mut remarks, monitor)?);
     }
     let specs: Vec<&ProgramSpec> = made.iter().map(|part| &part.blocks.spec).collect();
     monitor.checkpoint()?;
@@ -71,11 +89,13 @@ pub fn post_cl(
     let compared = compare(scene, &written.text, &of_text, options.tolerance);
     let tools = posted_tools(scene, &parts, (&made, &compared.times), (&written.text, &written.block_lines));
     let is_as_meant = compared.faults.is_empty();
+    let Remarks { notes, unproven } = remarks;
     faults.extend(compared.faults);
+    faults.extend(unproven.iter().cloned());
     let stamps = (cl_file, ProgramStamp::new(program, written.text.as_bytes()));
     let report = report(scene, stamps, tools, compared.deviation);
     let report = PostReport { words, faults, notes, ..report };
-    Ok(Posted { text: written.text, report, is_as_meant })
+    Ok(Posted { text: written.text, report, is_as_meant, unproven })
 }
 
 fn report(
@@ -116,20 +136,20 @@ impl<'a> MadePart<'a> {
         scene: &'a PostScene<'_>,
         options: &PostOptions,
         (part, name): (&ToolPart, &str),
-        notes: &mut Vec<PostNote>,
+        remarks: &mut Remarks,
         monitor: &dyn Monitor,
     ) -> Result<Self, PostFault> {
         let tool = scene.tool(part.tool, part.line)?;
-        check_tool(tool, part, notes);
+        check_tool(tool, part, &mut remarks.notes);
         let mut part = ToolPart { steps: part.steps.clone(), ..*part };
-        add_ends(&mut part, options, notes)?;
+        add_ends(&mut part, options, &mut remarks.notes)?;
         let moves: Vec<PathMove> =
             part.steps.iter().filter_map(|step| if let Step::Move(m) = step { Some(*m) } else { None }).collect();
         let measures = (tool.tool.gauge_length(), tool.tool.cutter().radius());
-        let found: Vec<Position> = positions(scene, measures, options, &moves, notes, monitor)?;
+        let found: Vec<Position> = positions(scene, measures, options, &moves, remarks, monitor)?;
         let mut blocks = blocks(scene, tool, &part, (&moves, &found), name)?;
         if options.law_feeds {
-            lower_feeds(scene, measures.0, &mut blocks, notes)?;
+            lower_feeds(scene, measures.0, &mut blocks, &mut remarks.notes)?;
         }
         Ok(Self { tool, moves, blocks })
     }
@@ -154,14 +174,15 @@ fn check_tool(tool: &PostTool<'_>, part: &ToolPart, notes: &mut Vec<PostNote>) {
         }
     }
     let clockwise = tool.tool.spindle_rotation() == SpindleRotation::Clockwise;
-    if clockwise != part.spindle.clockwise {
+    let is_against = |step: &Step| matches!(step, Step::SpindleOn(spindle) if spindle.clockwise != clockwise);
+    if clockwise != part.spindle.clockwise || part.steps.iter().any(is_against) {
         let text = format!("the spindle turns against the sense in the file of T{}", tool.tool.number());
         notes.push(PostNote::at(part.line, text));
     }
 }
 
-/// Begins and ends a part away from the cut: a part that begins with one is refused without a
-/// retract, because the template goes to the first position at rapid rate.
+/// Begins and ends a part away from the cut: a part that begins or ends with one is refused
+/// without a retract, because the template goes to the first position and home at rapid rate.
 fn add_ends(part: &mut ToolPart, options: &PostOptions, notes: &mut Vec<PostNote>) -> Result<(), PostFault> {
     let is_cut = |step: &Step| matches!(step, Step::Move(m) if m.feed.is_some());
     let is_move = |step: &Step| matches!(step, Step::Move(_));
@@ -186,15 +207,16 @@ fn add_ends(part: &mut ToolPart, options: &PostOptions, notes: &mut Vec<PostNote
     if let Some((at, Step::Move(m))) = last.filter(|at| is_cut(&part.steps[*at])).map(|at| (at, &part.steps[at])) {
         match options.retract {
             Some(retract) => {
-                notes.push(PostNote::at(m.line, format!("the tool leaves its last cut by {retract} mm along its axis")));
+                notes
+                    .push(PostNote::at(m.line, format!("the tool leaves its last cut by {retract} mm along its axis")));
                 let step = above(m, retract);
                 part.steps.insert(at + 1, step);
             }
-            None => notes.push(PostNote::at(
-                m.line,
-                "the tool ends in a cut: the axis along the spindle goes home from there; a retract (--retract-mm) lifts \
-                 it along its own axis before",
-            )),
+            None => {
+                let why = "the tool ends in a cut, and would go home from there at rapid rate: put RAPID and a point \
+                           behind it, or permit a retract (--retract-mm), which lifts it along its axis";
+                return Err(PostFault::at(m.line, why));
+            }
         }
     }
     Ok(())

@@ -11,7 +11,7 @@ use facemill_nc_program::{ReadProgram, read_program};
 use facemill_virtual_machine::motion::axis_motion::{AxisMotion, MotionContext, MotionReader, legs};
 
 use crate::blocks::ToolBlocks;
-use crate::positions::Position;
+use crate::positions::{Position, PositionKind};
 use crate::report::{PostDeviation, PostNote};
 use crate::scene::{PostScene, PostTool};
 use crate::steps::PathMove;
@@ -29,7 +29,7 @@ pub(crate) struct WrittenPart<'a> {
 pub(crate) struct Compared {
     pub(crate) deviation: PostDeviation,
     /// Positions that are not found or not understood, deviations beyond the tolerance, times of
-    /// cuts that are not those of the feeds.
+    /// cuts that are not those of the feeds, cuts that are rapids.
     pub(crate) faults: Vec<PostNote>,
     /// Times of cuts and rapids of every tool at constant speed, s, with the ways from and to home.
     pub(crate) times: Vec<[f64; 2]>,
@@ -66,6 +66,12 @@ const SAME_TIME: f64 = 0.02;
 /// The same, s: of programs with hardly any cut.
 const SHORT_TIME: f64 = 0.1;
 
+/// Largest relative difference of the time of a block from that of its feed.
+const SAME_BLOCK_TIME: f64 = 0.1;
+
+/// The same, s: of short blocks, whose ways are rounded.
+const SHORT_BLOCK: f64 = 0.02;
+
 struct Comparison {
     deviation: PostDeviation,
     faults: Vec<PostNote>,
@@ -92,11 +98,12 @@ impl Comparison {
             frame: word_frame(machine, &part.tool.words),
             work_offset: None,
         };
-        let at_lines: BTreeMap<u32, &Position> = part
+        let at_lines: BTreeMap<u32, (&Position, f64)> = part
             .blocks
             .motions
             .iter()
-            .filter_map(|(block, position)| Some((*part.block_lines.get(*block)?, position)))
+            .zip(&part.blocks.times)
+            .filter_map(|((block, position), time)| Some((*part.block_lines.get(*block)?, (position, *time))))
             .collect();
         let mut reader = MotionReader::new(context, section.dialect, section.rtcp_rapids);
         let (mut found, mut time, mut rapid) = (0, 0.0, 0.0);
@@ -106,7 +113,7 @@ impl Comparison {
                 let time = |[from, to]: [&AxisValues; 2]| rapid_time(machine, *law, from, to, tool_length);
                 rapid += legs(positions).map(time).sum::<f64>();
             }
-            let Some(position) = at_lines.get(&block.line) else { continue };
+            let Some(&(position, planned)) = at_lines.get(&block.line) else { continue };
             let line = part.moves[position.of].line;
             let (from, to, law) = match &motion {
                 Ok(AxisMotion::Rapid { positions, law }) => match positions.as_slice() {
@@ -120,10 +127,14 @@ impl Comparison {
                 Ok(_) => continue,
                 Err(why) => {
                     self.faults.push(PostNote::at(line, format!("line {} of the program: {why}", block.line)));
+                    self.times.push([time, rapid]);
                     return;
                 }
             };
             found += 1;
+            let cut_time =
+                if let Ok(AxisMotion::Cut(cut)) = &motion { Some(cut.time.unwrap_or(f64::INFINITY)) } else { None };
+            self.kind_and_time(position.kind, (line, block.line), cut_time, planned);
             let reached = machine.cl_point(&to, tool_length);
             self.position(position, (line, part.tool.tool.cutter().radius()), &reached);
             // The way to the first position is the template's.
@@ -146,6 +157,28 @@ impl Comparison {
             self.fault(format!(
                 "the cuts of the written program take {time:.1} s by its F, and {planned:.1} s by the feeds of the file"
             ));
+        }
+    }
+
+    /// Compares kind and time of a block with those that are meant; `cut_time` is the time of a cut,
+    /// s, `None` of a rapid.
+    fn kind_and_time(
+        &mut self,
+        kind: PositionKind,
+        (line, program_line): (u32, u32),
+        cut_time: Option<f64>,
+        planned: f64,
+    ) {
+        let is_meant_rapid = planned == 0.0 && !matches!(kind, PositionKind::Cut(_));
+        let fault = match cut_time {
+            None if !is_meant_rapid => "is a rapid, and is to be a cut".to_owned(),
+            Some(time) if (time - planned).abs() > SAME_BLOCK_TIME * planned + SHORT_BLOCK => {
+                format!("takes {time:.3} s by its F, and {planned:.3} s by the feed of the file")
+            }
+            _ => return,
+        };
+        if self.faults.len() < MOST_FAULTS {
+            self.faults.push(PostNote::at(line, format!("line {program_line} of the program {fault}")));
         }
     }
 
@@ -218,6 +251,13 @@ impl Comparison {
                 format!("the tip is {:.4} mm off the point, allowed {tolerance} mm: more decimals help", d.tip_mm);
             self.faults.push(PostNote::at(d.tip_cl_line, text));
         }
+        if d.rim_mm > tolerance && d.tip_mm <= tolerance {
+            let text = format!(
+                "the rim of the cutter is {:.4} mm off its place, allowed {tolerance} mm: more decimals of rotary words help",
+                d.rim_mm
+            );
+            self.faults.push(PostNote::at(d.rim_cl_line, text));
+        }
         if d.between_mm > tolerance {
             let text = format!("the cutter is up to {:.4} mm off the way, allowed {tolerance} mm", d.between_mm);
             self.faults.push(PostNote::at(d.between_cl_line, text));
@@ -247,3 +287,7 @@ const WORD_ROUNDING: f64 = 1e-3;
 
 /// Faults of one kind that are listed.
 const MOST_FAULTS: usize = 20;
+
+#[cfg(test)]
+#[path = "../tests/unit/read_back.rs"]
+mod tests;

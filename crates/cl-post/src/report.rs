@@ -169,6 +169,15 @@ impl PostNote {
     }
 }
 
+/// Remarks that are gathered on the way.
+#[derive(Debug, Default)]
+pub(crate) struct Remarks {
+    /// For the operator.
+    pub(crate) notes: Vec<PostNote>,
+    /// Motions that are faults unless a run against the part finds nothing.
+    pub(crate) unproven: Vec<PostNote>,
+}
+
 /// Largest number of notes in the summary; the file has them all.
 const SHOWN: usize = 30;
 

@@ -44,7 +44,8 @@ pub struct PostOptions {
     /// The same in rapids, mm; `None`: a rapid is one block, whatever the way of the axes.
     pub rapid_tolerance: Option<f64>,
     /// Distance along the tool axis, mm: by which the tool is lifted where rotary axes have to turn
-    /// within a cut, and from which it comes to a file that begins with a cut. `None`: refused.
+    /// anew, from which it comes to a file that begins with a cut, and to which it leaves one that
+    /// ends in a cut. `None`: refused, but for turns in a rapid that touches no cut.
     pub retract: Option<f64>,
     /// Branch of the rotary axes at the first point of each tool; which branch follows is chosen
     /// for the whole path.

@@ -1,10 +1,12 @@
 //! Words of statements: frames, cycles, and those that move the tool in ways that are not followed.
 
-use facemill_cl_file::{AptMeaning, AptStatement};
+use std::collections::BTreeMap;
+
+use facemill_cl_file::{AptFile, AptMeaning, AptStatement};
 use nalgebra::{Isometry3, Matrix3, Rotation3, Translation3, UnitQuaternion, Vector3};
 
 use crate::fault::PostFault;
-use crate::report::{PostedWord, Treatment};
+use crate::report::{PostNote, PostedWord, Treatment};
 
 /// Words that move tool, part or frame in a way that is not followed: leaving one out would cut
 /// elsewhere.
@@ -130,6 +132,7 @@ pub(crate) fn treatment(statement: &AptStatement, word: &str) -> Treatment {
         | AptMeaning::Dwell(None)
         | AptMeaning::Stop { optional: true } => Treatment::NotWritten,
         AptMeaning::Unknown if word == "MSYS" => Treatment::Applied,
+        AptMeaning::Unknown if is_harmless(word) => Treatment::NoEffect,
         AptMeaning::Unknown => Treatment::Unknown,
         _ => Treatment::NoEffect,
     }
@@ -139,6 +142,8 @@ pub(crate) fn treatment(statement: &AptStatement, word: &str) -> Treatment {
 #[derive(Debug, Default)]
 pub(crate) struct WordCounts {
     pub(crate) words: Vec<PostedWord>,
+    /// Place of every word in the list.
+    index: BTreeMap<String, usize>,
 }
 
 impl WordCounts {
@@ -146,12 +151,141 @@ impl WordCounts {
     pub(crate) fn count(&mut self, statement: &AptStatement) {
         let word = major_word(&statement.text);
         let treatment = treatment(statement, &word);
-        match self.words.iter_mut().find(|w| w.word == word) {
-            Some(known) => {
+        match self.index.get(&word) {
+            Some(&k) => {
+                let known = &mut self.words[k];
                 known.count += 1;
                 known.treatment = known.treatment.max(treatment);
             }
-            None => self.words.push(PostedWord { word, first_line: statement.line, count: 1, treatment }),
+            None => {
+                self.index.insert(word.clone(), self.words.len());
+                self.words.push(PostedWord { word, first_line: statement.line, count: 1, treatment });
+            }
+        }
+    }
+}
+
+/// Words that are not evaluated and say nothing of the motion: they are for printing, and for the
+/// tolerances of another post-processor.
+const HARMLESS: [&str; 12] = [
+    "CATPROCESS",
+    "CLPRNT",
+    "DISPLY",
+    "DRAFT",
+    "LINTOL",
+    "MCHTOL",
+    "NOPOST",
+    "PLOT",
+    "PRINT",
+    "SEQNO",
+    "TITLES",
+    "VERIFY",
+];
+
+/// Returns whether a program may lack a word that is not understood.
+pub(crate) fn is_harmless(word: &str) -> bool {
+    HARMLESS.contains(&word)
+}
+
+/// Refuses a file without UNITS whose feeds are in inches: its lengths would be taken as mm.
+pub(crate) fn check_units(file: &AptFile) -> Result<(), PostFault> {
+    if file.statements.iter().any(|s| matches!(s.meaning, AptMeaning::Unit(_))) {
+        return Ok(());
+    }
+    let is_in_inches = |s: &&AptStatement| {
+        matches!(s.meaning, AptMeaning::Feed(_) | AptMeaning::FeedPerRevolution(_) | AptMeaning::Cycle(_))
+            && free_text(&s.text).split(',').any(|v| ["IPM", "IPR"].iter().any(|u| v.trim().eq_ignore_ascii_case(u)))
+    };
+    match file.statements.iter().find(is_in_inches) {
+        Some(s) => {
+            let why =
+                "the feed is in inches, and UNITS is missing: put UNITS/INCHES or UNITS/MM before the first point";
+            Err(PostFault::at(s.line, why))
+        }
+        None => Ok(()),
+    }
+}
+
+/// Coordinate systems that are taken as the frame of the file, and the side of the tool that its
+/// points are for.
+#[derive(Debug, Default)]
+pub(crate) struct Systems {
+    /// Text of the first MSYS of NX, without blanks.
+    nx: Option<String>,
+    /// Numbers of the first CSYS that Creo writes as a comment.
+    creo: Option<Vec<f64>>,
+    /// Line at which Creo says that points are of the profile and not of the tool.
+    profile: Option<u32>,
+}
+
+impl Systems {
+    /// Takes an MSYS.
+    ///
+    /// # Errors
+    /// If it differs from the one before.
+    pub(crate) fn nx(&mut self, statement: &AptStatement) -> Result<(), PostFault> {
+        let text = free_text(&statement.text).split_whitespace().collect::<String>();
+        if self.nx.get_or_insert_with(|| text.clone()) == &text {
+            return Ok(());
+        }
+        let why = "MSYS differs from the one before: points of several systems are not brought into one; post operations \
+                   of one system alone";
+        Err(PostFault::at(statement.line, why))
+    }
+
+    /// Takes a comment, in which Creo writes its own statements (`$$->`); returns a remark on it.
+    ///
+    /// # Errors
+    /// If its CSYS differs from the one before.
+    pub(crate) fn comment(&mut self, statement: &AptStatement) -> Result<Option<PostNote>, PostFault> {
+        let Some(text) = statement.text.strip_prefix("$$->").map(str::trim_start) else { return Ok(None) };
+        let values = free_text(text);
+        match major_word(text).as_str() {
+            "CUTCOM_GEOMETRY_TYPE" => {
+                self.profile = values.eq_ignore_ascii_case("OUTPUT_ON_PROFILE").then_some(statement.line);
+                Ok(None)
+            }
+            "CSYS" => self.creo_system(values, statement.line),
+            _ => Ok(None),
+        }
+    }
+
+    fn creo_system(&mut self, values: &str, line: u32) -> Result<Option<PostNote>, PostFault> {
+        // A row may end without a comma where its line does.
+        let numbers =
+            values.split([',', ' ', '\t']).filter(|v| !v.is_empty()).map(str::parse).collect::<Result<_, _>>();
+        let numbers: Vec<f64> =
+            numbers.map_err(|_| PostFault::at(line, "CSYS of Creo: its values are not all numbers"))?;
+        match &self.creo {
+            Some(first) if *first == numbers => Ok(None),
+            Some(_) => {
+                let why = "CSYS of Creo differs from the one before: points of several systems are not brought into one; \
+                           post operations of one system alone";
+                Err(PostFault::at(line, why))
+            }
+            None => {
+                let is_own = numbers.iter().enumerate().all(|(k, v)| *v == if k % 5 == 0 { 1.0 } else { 0.0 });
+                self.creo = Some(numbers);
+                let text = "CSYS of Creo is taken as the frame of the file: its turn and offset are not applied";
+                Ok((!is_own).then(|| PostNote::at(line, text)))
+            }
+        }
+    }
+
+    /// Refuses radius compensation of points that are of the profile.
+    ///
+    /// # Errors
+    /// If the file says so.
+    pub(crate) fn check_offset(&self, line: u32) -> Result<(), PostFault> {
+        match self.profile {
+            None => Ok(()),
+            Some(said) => {
+                let why = format!(
+                    "CUTCOM is not written, and the points are of the profile (line {said}): the tool would cut beyond it \
+                     by its radius; let the CAM system write OUTPUT_ON_CENTER"
+                );
+                Err(PostFault::at(line, why))
+            }
         }
     }
 }

@@ -1,15 +1,17 @@
 //! Statements of a file as steps of each tool, in the frame of the part.
 
-use facemill_cl_data::ClPoint;
+use facemill_cl_data::{ClPoint, Monitor};
 use facemill_cl_file::{AptCoolant, AptFile, AptMeaning, AptPoint, AptPointKind, AptStatement};
 use facemill_nc_program::{Coolant, SpindleSpec};
 use nalgebra::Isometry3;
 
 use crate::arcs;
 use crate::fault::PostFault;
-use crate::report::{PostNote, PostedWord};
+use crate::report::{PostNote, PostedWord, Treatment};
 use crate::scene::{ARC_SHARE, PostOptions};
-use crate::statements::{Cycle, WordCounts, check_unknown, frame, free_text, is_operation, is_text, major_word};
+use crate::statements::{
+    Cycle, Systems, WordCounts, check_units, check_unknown, frame, free_text, is_operation, is_text, major_word,
+};
 
 /// Content of a file, tool by tool.
 #[derive(Debug, Default)]
@@ -79,10 +81,15 @@ pub(crate) struct PathMove {
 ///
 /// # Errors
 /// With the line: a frame, arc or feed that is none, a cut with the spindle off, a word that moves
-/// tool or part in a way that is not followed.
-pub(crate) fn steps(file: &AptFile, options: &PostOptions) -> Result<FileSteps, PostFault> {
+/// tool or part in a way that is not followed, more than [`MAX_MOVES`] moves or [`MAX_PARTS`] tools.
+/// Cancellation.
+pub(crate) fn steps(file: &AptFile, options: &PostOptions, monitor: &dyn Monitor) -> Result<FileSteps, PostFault> {
+    check_units(file)?;
     let mut reader = StepReader::new(file, options);
     for (index, statement) in file.statements.iter().enumerate() {
+        if index % STATEMENTS_BETWEEN == 0 {
+            monitor.checkpoint()?;
+        }
         reader.counts.count(statement);
         reader.statement(index, statement)?;
     }
@@ -103,10 +110,17 @@ struct StepReader<'a> {
     at: Option<ClPoint>,
     spindle: Option<SpindleSpec>,
     spindle_is_on: bool,
+    /// Whether the file switched it off: no tool change does away with that.
+    is_said_off: bool,
     coolant: Coolant,
     cycle: Option<Cycle>,
-    /// Text of the first MSYS.
-    system: Option<String>,
+    /// The last CUTTER: line, diameter and corner radius, mm.
+    cutter: Option<(u32, f64, f64)>,
+    systems: Systems,
+    /// Moves of all parts.
+    n_moves: usize,
+    /// Whether a length was read.
+    has_lengths: bool,
     is_ended: bool,
 }
 
@@ -121,6 +135,7 @@ struct OpenPart {
     points: usize,
     arcs: usize,
     has_moved: bool,
+    cutter: Option<(u32, f64, f64)>,
 }
 
 impl<'a> StepReader<'a> {
@@ -136,9 +151,13 @@ impl<'a> StepReader<'a> {
             at: None,
             spindle: None,
             spindle_is_on: false,
+            is_said_off: false,
             coolant: Coolant::Off,
             cycle: None,
-            system: None,
+            cutter: None,
+            systems: Systems::default(),
+            n_moves: 0,
+            has_lengths: false,
             is_ended: false,
         }
     }
@@ -147,8 +166,12 @@ impl<'a> StepReader<'a> {
         let line = statement.line;
         match &statement.meaning {
             AptMeaning::PartName(name) if !name.is_empty() => self.out.name = Some(name.clone()),
-            AptMeaning::Comment | AptMeaning::Auxiliary => self.comment(statement),
-            AptMeaning::Unit(unit) => self.unit = *unit,
+            AptMeaning::Comment | AptMeaning::Auxiliary => self.comment(statement)?,
+            AptMeaning::Cutter { diameter, corner_radius } => {
+                self.cutter = Some((line, *diameter, *corner_radius));
+            }
+            AptMeaning::Feed(_) | AptMeaning::FeedPerRevolution(_) => self.has_lengths = true,
+            AptMeaning::Unit(unit) => self.unit(*unit, line)?,
             AptMeaning::Tool(number) => self.tool(*number, line)?,
             AptMeaning::Spindle { rpm, clockwise } => {
                 self.spindle_on(SpindleSpec { rpm: *rpm, clockwise: *clockwise });
@@ -158,7 +181,7 @@ impl<'a> StepReader<'a> {
                 None => return Err(PostFault::at(line, "SPINDL/ON: no speed was given before")),
             },
             AptMeaning::SpindleOff => {
-                self.spindle_is_on = false;
+                (self.spindle_is_on, self.is_said_off) = (false, true);
                 self.part.push_behind_a_move(Step::SpindleOff);
             }
             AptMeaning::Coolant(coolant) => self.coolant(*coolant, line),
@@ -169,13 +192,20 @@ impl<'a> StepReader<'a> {
                 self.part.steps.push(Step::Dwell(*seconds));
             }
             AptMeaning::Dwell(None) => self.note(line, "DELAY in revolutions, or without a time, is not written"),
-            AptMeaning::Stop { optional: false } => self.part.push_behind_a_move(Step::Stop),
+            AptMeaning::Stop { optional: false } => self.stop(line),
             AptMeaning::Stop { optional: true } => self.note(line, "OPSTOP is not written"),
-            AptMeaning::Frame(Some(rows)) => self.frame = frame(rows, line)?,
-            AptMeaning::RadiusCompensation(true) => self.note(
-                line,
-                "CUTCOM is not written: points are programmed as given, and the control does not offset the tool",
-            ),
+            AptMeaning::Frame(Some(rows)) => {
+                self.has_lengths = true;
+                self.frame = frame(rows, line)?;
+            }
+            AptMeaning::RadiusCompensation(true) => {
+                self.systems.check_offset(line)?;
+                let text =
+                    "CUTCOM is not written: points are programmed as given, and the control does not offset the tool";
+                if !self.out.faults.iter().any(|fault| fault.text == text) {
+                    self.out.faults.push(PostNote::at(line, text));
+                }
+            }
             AptMeaning::Setup(true) => {
                 self.note(line, "SETUP begins: no stop is written, and the part stays as it is mounted");
             }
@@ -188,13 +218,28 @@ impl<'a> StepReader<'a> {
         Ok(())
     }
 
-    fn comment(&mut self, statement: &AptStatement) {
+    /// A unit is for the whole file: what was read before it would have another one.
+    fn unit(&mut self, unit: f64, line: u32) -> Result<(), PostFault> {
+        if unit != self.unit && self.has_lengths {
+            let why = "UNITS changes the unit behind points, frames or feeds: put it before them";
+            return Err(PostFault::at(line, why));
+        }
+        self.unit = unit;
+        Ok(())
+    }
+
+    fn comment(&mut self, statement: &AptStatement) -> Result<(), PostFault> {
+        if statement.text.starts_with("$$") {
+            self.out.notes.extend(self.systems.comment(statement)?);
+            return Ok(());
+        }
         let word = major_word(&statement.text);
         let text = free_text(&statement.text);
         // NX begins an operation with TOOL PATH/NAME.
         if (is_text(&word) || is_operation(&word, text)) && !text.is_empty() {
             self.part.steps.push(Step::Comment(text.to_owned()));
         }
+        Ok(())
     }
 
     fn tool(&mut self, number: u32, line: u32) -> Result<(), PostFault> {
@@ -215,15 +260,47 @@ impl<'a> StepReader<'a> {
 
     fn spindle_on(&mut self, spindle: SpindleSpec) {
         let is_new = self.spindle != Some(spindle) || !self.spindle_is_on;
-        (self.spindle, self.spindle_is_on) = (Some(spindle), true);
+        let has_moved = self.part.has_moved;
+        (self.spindle, self.spindle_is_on, self.is_said_off) = (Some(spindle), true, false);
         if self.part.spindle.is_none() {
             self.part.spindle = Some(spindle);
+            // The header starts it, but a stop or SPINDL/OFF may lie between.
+            if has_moved {
+                self.part.steps.push(Step::SpindleOn(spindle));
+            }
         } else if is_new {
-            if self.part.has_moved {
+            if has_moved {
                 self.part.steps.push(Step::SpindleOn(spindle));
             } else {
                 self.part.spindle = Some(spindle);
             }
+        }
+    }
+
+    /// Writes a stop where the file has it. The header of a tool goes to its first point, so that a
+    /// stop before it is at the end of the tool before. The program goes on with spindle and coolant
+    /// as they were, which some controls switch off at a stop.
+    fn stop(&mut self, line: u32) {
+        if !self.part.has_moved {
+            if let Some(before) = self.out.parts.last_mut() {
+                if before.steps.last() != Some(&Step::Stop) {
+                    before.steps.extend([Step::SpindleOff, Step::Coolant(Coolant::Off)]);
+                }
+                before.steps.push(Step::Stop);
+                self.note(line, "STOP behind a tool change and before a point is written before the tool change");
+                return;
+            }
+            self.note(line, "STOP before the first point: the tool comes to that point before it, by the template");
+        }
+        self.part.steps.push(Step::Stop);
+        if !self.part.has_moved {
+            return;
+        }
+        if let Some(spindle) = self.spindle.filter(|_| self.spindle_is_on) {
+            self.part.steps.push(Step::SpindleOn(spindle));
+        }
+        if self.coolant != Coolant::Off {
+            self.part.steps.push(Step::Coolant(self.coolant));
         }
     }
 
@@ -258,16 +335,7 @@ impl<'a> StepReader<'a> {
 
     fn unknown(&mut self, statement: &AptStatement) -> Result<(), PostFault> {
         check_unknown(statement)?;
-        if major_word(&statement.text) != "MSYS" {
-            return Ok(());
-        }
-        let text = free_text(&statement.text).split_whitespace().collect::<String>();
-        if self.system.get_or_insert_with(|| text.clone()) != &text {
-            let why = "MSYS differs from the one before: points of several systems are not brought into one; post \
-                       operations of one system alone";
-            return Err(PostFault::at(statement.line, why));
-        }
-        Ok(())
+        if major_word(&statement.text) == "MSYS" { self.systems.nx(statement) } else { Ok(()) }
     }
 
     fn point(&mut self, index: usize, point: &AptPoint) -> Result<(), PostFault> {
@@ -279,9 +347,16 @@ impl<'a> StepReader<'a> {
             return Err(PostFault::at(point.line, format!("a coordinate is beyond {FARTHEST} mm")));
         }
         self.part.points += 1;
+        self.has_lengths = true;
+        self.count_moves(1, point.line)?;
         if !self.part.has_moved {
             self.part.coolant = Some(self.coolant);
             self.part.has_moved = true;
+            self.part.cutter = self.cutter;
+            // The header starts the spindle.
+            if self.is_said_off {
+                self.part.steps.push(Step::SpindleOff);
+            }
         }
         let to = |cl: ClPoint, feed: Option<f64>, is_point: bool| {
             Step::Move(PathMove { line: point.line, cl, feed, is_point, is_chord: false })
@@ -299,6 +374,9 @@ impl<'a> StepReader<'a> {
                 let Some(cycle) = &mut self.cycle else {
                     return Err(PostFault::at(point.line, "a place of a cycle that was not described"));
                 };
+                if cycle.lift > FARTHEST {
+                    return Err(PostFault::at(cycle.line, format!("the cycle's height is beyond {FARTHEST} mm")));
+                }
                 if cycle.lift <= 0.0 {
                     let why = "the cycle says no height above its places (RAPTO, RTRCTO or CLEAR), and is not written: \
                                the tool cannot pass there";
@@ -330,6 +408,7 @@ impl<'a> StepReader<'a> {
     /// Feed of a cut; the spindle has to turn, as with the tool before if nothing else is said.
     fn feed(&mut self, point: &AptPoint) -> Result<f64, PostFault> {
         match (self.part.spindle, self.spindle) {
+            _ if self.is_said_off => return Err(PostFault::at(point.line, SPINDLE_OFF)),
             (None, None) => {
                 let why = "the tool cuts, and no SPINDL gives the speed of the spindle";
                 return Err(PostFault::at(point.line, why));
@@ -337,11 +416,9 @@ impl<'a> StepReader<'a> {
             (None, Some(before)) => {
                 let text = "the tool cuts without a SPINDL of its own: the spindle turns as with the tool before";
                 self.note(point.line, text);
-                (self.part.spindle, self.spindle_is_on) = (Some(before), true);
+                self.spindle_on(before);
             }
-            (Some(_), _) if !self.spindle_is_on => {
-                return Err(PostFault::at(point.line, "the tool cuts with the spindle off"));
-            }
+            (Some(_), _) if !self.spindle_is_on => return Err(PostFault::at(point.line, SPINDLE_OFF)),
             (Some(_), _) => {}
         }
         match point.feed {
@@ -362,11 +439,21 @@ impl<'a> StepReader<'a> {
         let chords = arcs::chords(&from, &cl, &arc, ARC_SHARE * self.options.tolerance);
         let chords = chords.map_err(|why| PostFault::at(point.line, why))?;
         self.part.arcs += 1;
+        self.count_moves(chords.len() - 1, point.line)?;
         let last = chords.len() - 1;
         let moves = chords.into_iter().enumerate().map(|(k, cl)| {
             Step::Move(PathMove { line: point.line, cl, feed: Some(feed), is_point: k == last, is_chord: true })
         });
         self.part.steps.extend(moves);
+        Ok(())
+    }
+
+    fn count_moves(&mut self, n: usize, line: u32) -> Result<(), PostFault> {
+        self.n_moves += n;
+        if self.n_moves > MAX_MOVES {
+            let why = format!("the file has more than {MAX_MOVES} moves, with the chords of arcs: split it here");
+            return Err(PostFault::at(line, why));
+        }
         Ok(())
     }
 
@@ -381,37 +468,39 @@ impl<'a> StepReader<'a> {
     fn end_part(&mut self) -> Result<(), PostFault> {
         self.end_cycle();
         let mut part = std::mem::take(&mut self.part);
+        if self.out.parts.len() >= MAX_PARTS {
+            let why = format!("the file has more than {MAX_PARTS} parts with a tool each: split it here");
+            return Err(PostFault::at(part.line, why));
+        }
         // The template ends with both off.
-        let is_off = |step: &Step| matches!(step, Step::SpindleOff | Step::Coolant(Coolant::Off));
-        while part.steps.last().is_some_and(is_off) {
+        let is_for_moves = |step: &Step| matches!(step, Step::SpindleOn(_) | Step::SpindleOff | Step::Coolant(_));
+        while part.steps.last().is_some_and(is_for_moves) {
             part.steps.pop();
         }
         let first = part.steps.iter().find_map(|s| if let Step::Move(m) = s { Some(m.line) } else { None });
         let line = first.unwrap_or(part.line);
+        if part.spindle.is_none() && self.is_said_off {
+            let why = "the tool moves behind SPINDL/OFF without a SPINDL of its own: the tool change would start the \
+                       spindle; give a speed, or leave these moves out";
+            return Err(PostFault::at(line, why));
+        }
         let spindle = part
             .spindle
             .or(self.spindle)
             .ok_or_else(|| PostFault::at(line, "the tool moves, and no SPINDL gives the speed of the spindle"))?;
+        let coolant = part.coolant.unwrap_or(self.coolant);
+        rest_at_stops(&mut part.steps, spindle, coolant);
         self.out.parts.push(ToolPart {
             tool: part.tool,
             line: part.line,
-            cutter: self.cutter_before(line),
+            cutter: part.cutter,
             spindle,
-            coolant: part.coolant.unwrap_or(self.coolant),
+            coolant,
             steps: part.steps,
             points: part.points,
             arcs: part.arcs,
         });
         Ok(())
-    }
-
-    /// The last CUTTER before a line.
-    fn cutter_before(&self, line: u32) -> Option<(u32, f64, f64)> {
-        let before = self.file.statements.iter().take_while(|s| s.line < line);
-        before.fold(None, |last, s| match s.meaning {
-            AptMeaning::Cutter { diameter, corner_radius } => Some((s.line, diameter, corner_radius)),
-            _ => last,
-        })
     }
 
     fn finish(mut self) -> Result<FileSteps, PostFault> {
@@ -427,9 +516,40 @@ impl<'a> StepReader<'a> {
         if !self.is_ended {
             self.out.notes.push(PostNote::whole("FINI is missing: the file may be cut off"));
         }
+        self.out.faults.extend(unknown_words(&self.counts.words));
         self.out.words = self.counts.words;
         Ok(self.out)
     }
+}
+
+/// Fault of a cut behind SPINDL/OFF.
+const SPINDLE_OFF: &str = "the tool cuts with the spindle off";
+
+/// Statements between two questions whether to go on.
+const STATEMENTS_BETWEEN: usize = 1024;
+
+/// Most moves of a file, with the chords of its arcs: some gigabytes of memory.
+const MAX_MOVES: usize = 20_000_000;
+
+/// Most parts of a file with one tool each.
+const MAX_PARTS: usize = 999;
+
+/// Unknown words that are listed as faults; the table of words has them all.
+const LISTED_WORDS: usize = 20;
+
+/// Faults of words that are not understood.
+fn unknown_words(words: &[PostedWord]) -> Vec<PostNote> {
+    let unknown = || words.iter().filter(|w| w.treatment == Treatment::Unknown);
+    let fault = |w: &PostedWord| {
+        let text = format!("{} is not understood: its {} statement(s) are not written", w.word, w.count);
+        PostNote::at(w.first_line, text)
+    };
+    let mut faults: Vec<PostNote> = unknown().take(LISTED_WORDS).map(fault).collect();
+    let more = unknown().count().saturating_sub(LISTED_WORDS);
+    if more > 0 {
+        faults.push(PostNote::whole(format!("{more} more words are not understood; the list of words has them")));
+    }
+    faults
 }
 
 /// Longest dwell, s: an hour.
@@ -452,4 +572,24 @@ impl OpenPart {
         let keep = self.steps.iter().rposition(|s| !is_comment(s)).map_or(0, |k| k + 1);
         self.steps.split_off(keep)
     }
+}
+
+/// Switches spindle and coolant, which the header starts, off for the stops before the first move.
+fn rest_at_stops(steps: &mut Vec<Step>, spindle: SpindleSpec, coolant: Coolant) {
+    let first_move = steps.iter().position(|s| matches!(s, Step::Move(_))).unwrap_or(steps.len());
+    let is_stop = |step: &Step| *step == Step::Stop;
+    let Some(first) = steps[..first_move].iter().position(is_stop) else { return };
+    let last = steps[..first_move].iter().rposition(is_stop).unwrap_or(first);
+    let stays_off = steps[last..first_move].contains(&Step::SpindleOff);
+    let mut again = Vec::new();
+    if !stays_off {
+        again.push(Step::SpindleOn(spindle));
+    }
+    let mut off = vec![Step::SpindleOff];
+    if coolant != Coolant::Off {
+        off.push(Step::Coolant(Coolant::Off));
+        again.push(Step::Coolant(coolant));
+    }
+    steps.splice(last + 1..last + 1, again);
+    steps.splice(first..first, off);
 }

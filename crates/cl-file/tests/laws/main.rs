@@ -245,6 +245,29 @@ fn words_of_the_machine_are_told_apart() {
     assert_eq!(file.points[0].cl.axis, Vector3::y_axis());
 }
 
+/// A range or a largest speed is no speed, OFF counts with a speed too, and a sense alone is the
+/// last speed in that sense.
+#[test]
+fn values_of_spindl_are_told_apart() {
+    let on = |rpm: f64, clockwise: bool| AptMeaning::Spindle { rpm, clockwise };
+    for (values, expected) in [
+        ("RANGE,2,RPM,3000,CCLW", on(3000.0, false)),
+        ("3000,RPM,CLW,RANGE,LOW", on(3000.0, true)),
+        ("MAXRPM,5000,RPM,3000", on(3000.0, true)),
+        ("ON,3000,RPM", on(3000.0, true)),
+        ("CCLW", on(700.0, false)),
+        ("ON,CCLW", on(700.0, false)),
+        ("3000,RPM,OFF", AptMeaning::SpindleOff),
+        ("0", AptMeaning::SpindleOff),
+        ("RANGE,HIGH", AptMeaning::Auxiliary),
+    ] {
+        let file = read_apt(format!("SPINDL/700,RPM,CLW\nSPINDL/{values}")).unwrap();
+        assert_eq!(file.statements[1].meaning, expected, "{values}");
+    }
+    let file = read_apt("SPINDL/3000,OFF\nSPINDL/CCLW").unwrap();
+    assert_eq!(file.statements[1].meaning, on(3000.0, false));
+}
+
 #[test]
 fn faults_are_placed() {
     for (text, expected) in [
@@ -266,6 +289,30 @@ fn faults_are_placed() {
         ),
         ("SPINDL/100,SMM", "line 1, column 1: SPINDL: a cutting speed is not supported; give the speed as RPM"),
         ("SPINDL/-100", "line 1, column 1: SPINDL: the speed is below 0; give CLW or CCLW"),
+        ("SPINDL/CCLW", "line 1, column 1: SPINDL: no speed was given before"),
+        ("SPINDL/100,200", "line 1, column 1: SPINDL: it has two speeds"),
+        ("SPINDL/100,CLW,CCLW", "line 1, column 1: SPINDL: it has two senses"),
+        ("SPINDL/100,ON,OFF", "line 1, column 1: SPINDL: it has ON and OFF"),
+        ("SPINDL/100,FPM", "line 1, column 1: SPINDL: expected RPM, CLW, CCLW, ON, OFF, RANGE or MAXRPM"),
+        ("\nSPINDL/", "line 2, column 1: SPINDL: expected a speed, CLW, CCLW, ON or OFF"),
+        ("SPINDL/100,RANGE", "line 1, column 1: SPINDL: expected a range behind RANGE"),
+        ("SPINDL/100,MAXRPM", "line 1, column 1: SPINDL: expected a speed behind MAXRPM"),
+        ("SPINDL/100,MAXRPM,50", "line 1, column 1: SPINDL: the speed is above MAXRPM"),
+        ("SPINDL/1000001", "line 1, column 1: SPINDL: the speed is above 1000000 revolutions per minute"),
+        (
+            "FEDRAT/1,IPM\nFEDRAT/2",
+            "line 2, column 1: FEDRAT: behind a feed in another unit than that of UNITS the unit must be given: MMPM, IPM \
+             or PERMIN",
+        ),
+        (
+            "GOTO/1,0,0\nINDIRV/0,1,0\nTLON,GOFWD/(CIRCLE/0,0,0,1),ON,(LINE/0,0,0,0,1,0)\n\
+             TLON,GOFWD/(CIRCLE/0,0,0,1),ON,(LINE/0,0,0,1,0,0)",
+            "line 4, column 1: TLON: no INDIRV says in which direction the circle is followed",
+        ),
+        (
+            "INDIRV/0,1,0\nGOTO/1,0,0\nTLON,GOFWD/(CIRCLE/0,0,0,1),ON,(LINE/0,0,0,0,1,0)",
+            "line 3, column 1: TLON: no INDIRV says in which direction the circle is followed",
+        ),
         ("CIRCLE/0,0,0,0,0,0,5", "line 1, column 1: CIRCLE: the axis of the arc has length zero"),
         ("CIRCLE/0,0,nan,0,0,1,5", "line 1, column 12: `nan` has no valid number"),
         ("TLAXIS/0,0,0", "line 1, column 1: TLAXIS: the direction has length zero"),

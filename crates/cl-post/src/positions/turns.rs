@@ -3,6 +3,7 @@
 use facemill_cl_data::ClPoint;
 use facemill_inverse_kinematics::AxisValues;
 use facemill_inverse_kinematics::motion::deviation_bound;
+use nalgebra::Point3;
 
 use crate::positions::ways::{MotionRules, near};
 use crate::scene::MAX_BETWEEN;
@@ -54,14 +55,20 @@ pub(crate) fn turned(
 pub(crate) fn lifted(ways: &MotionRules<'_>, from: &AxisValues, by: f64) -> Result<AxisValues, String> {
     let cl = ways.machine.cl_point(from, ways.tool_length);
     let tip = cl.tip + cl.axis.into_inner() * by;
-    let up = ways.machine.with_tip_at(from, &tip, ways.tool_length);
-    let up = up.ok_or("the linear axes cannot lift the tool along its axis")?;
-    match ways.machine.first_beyond_limit(&up) {
-        None => Ok(up),
-        Some(axis) => {
-            let letter = ways.machine.axes()[axis].letter;
-            Err(format!("axis {letter} meets its limit with the tool lifted by {by} mm along its axis"))
-        }
+    let up = with_tip(ways, from, &tip);
+    up.map_err(|why| format!("{why}, lifted by {by} mm along the tool axis"))
+}
+
+/// Returns the position with these rotary axes and the tip at a point of the table frame.
+///
+/// # Errors
+/// If an axis meets its limit.
+pub(crate) fn with_tip(ways: &MotionRules<'_>, rotary: &AxisValues, tip: &Point3<f64>) -> Result<AxisValues, String> {
+    let held = ways.machine.with_tip_at(rotary, tip, ways.tool_length);
+    let held = held.ok_or("the linear axes cannot hold the tip")?;
+    match ways.machine.first_beyond_limit(&held) {
+        None => Ok(held),
+        Some(axis) => Err(format!("axis {} meets its limit", ways.machine.axes()[axis].letter)),
     }
 }
 

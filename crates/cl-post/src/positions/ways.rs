@@ -116,6 +116,17 @@ pub(crate) fn near(ways: &MotionRules<'_>, pose: &ClPoint, guess: &AxisValues) -
     solutions.iter().map(|s| s.values).min_by(|a, b| turn(a).total_cmp(&turn(b)))
 }
 
+/// Returns the position at the start of a way from which the axes come to `to` at its end without
+/// turning anew: the way is followed backward. `None` where they cannot, and without a tolerance.
+pub(crate) fn before(ways: &MotionRules<'_>, [start, end]: [&ClPoint; 2], to: &AxisValues) -> Option<AxisValues> {
+    let law = BlockLaw::Cutting(ways.cutting);
+    let tolerance = ways.in_rapids?;
+    let settings = Linearisation { max_between: MAX_BETWEEN, ..Linearisation::new(law, ways.tool_length, tolerance) };
+    let way = linearise(ways.machine, &[*end, *start], to, &settings).ok()?;
+    let is_ours = way.positions.first().is_some_and(|first| same(first, to));
+    way.positions.last().copied().filter(|q| is_ours && ways.machine.first_beyond_limit(q).is_none())
+}
+
 /// Sum of the turns of the rotary axes between two positions, rad.
 pub(crate) fn rotary_way(ways: &MotionRules<'_>, from: &AxisValues, to: &AxisValues) -> f64 {
     let axes = ways.machine.axes().iter().enumerate();

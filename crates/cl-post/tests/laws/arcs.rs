@@ -116,3 +116,28 @@ fn arcs_that_are_none_are_refused() {
         assert!(why.starts_with("line ") && why.contains(expected), "{arc}: {why}");
     }
 }
+
+/// Ends some ten thousandths apart may be rounding of a full circle, or a short arc.
+#[test]
+fn an_arc_whose_ends_are_hardly_apart_needs_its_angle() {
+    let stage = Stage::fanuc("table-table-a-c", 5);
+    let start = Point3::new(10.0, 0.0, 20.0);
+    for side in [5e-4, -5e-4] {
+        let end = Point3::new(10.0, side, 20.0);
+        let why = stage.refused(&file(&start, "CIRCLE/0,0,20,0,0,1,10", &end));
+        assert!(why.starts_with("line 10: the ends of the arc are 0.0005") && why.contains("ANGLE"), "{why}");
+        let way = |arc: &str, end: &Point3<f64>| -> f64 {
+            let tips = tips(&stage, &file(&start, arc, end), 0.01);
+            let at = tips.iter().position(|p| (p - start).norm() < 1e-4).expect("the start");
+            tips[at..].windows(2).map(|pair| (pair[1] - pair[0]).norm()).sum()
+        };
+        let full = way("MOVARC/0,0,20,0,0,1,10,ANGLE,360", &end);
+        assert!((full - TAU * 10.0).abs() < 0.1, "{full}");
+        let short = way("MOVARC/0,0,20,0,0,1,10,ANGLE,0.003", &end);
+        assert!(short < 1e-3, "{short}");
+    }
+    // Two thousandths are a short arc.
+    let tips = tips(&stage, &file(&start, "CIRCLE/0,0,20,0,0,1,10", &Point3::new(10.0, 0.002, 20.0)), 0.01);
+    let at = tips.iter().position(|p| (p - start).norm() < 1e-4).expect("the start");
+    assert!((tips[tips.len() - 1].y - 0.002).abs() < 1e-4 && tips.len() - at < 4, "{tips:?}");
+}

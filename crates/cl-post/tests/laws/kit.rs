@@ -80,6 +80,13 @@ impl Stage {
         Self::of(name, law, PostFile { dialect, feed_mode, ..PostFile::default() })
     }
 
+    /// FANUC under RTCP with so many decimals of linear and rotary words.
+    pub(crate) fn rtcp(name: &str, linear: u8, rotary: u8) -> Self {
+        let decimals = Decimals { linear, rotary, ..Decimals::default() };
+        let post = PostFile { decimals, feed_mode: FeedMode::Rtcp, ..PostFile::default() };
+        Self::of(name, Some("tip_and_rotaries_linear"), post)
+    }
+
     fn of(name: &str, law: Option<&str>, post: PostFile) -> Self {
         let machine = machine(name, law);
         let table_from_work = Isometry3::from(middle(&machine).coords);
@@ -202,7 +209,7 @@ pub(crate) fn random_walk(random: &mut Random, n: usize) -> Vec<FilePose> {
     let (mut tip, mut tilt, mut turn) = (Vector3::new(0.0, 0.0, 20.0), 0.2, 0.0);
     let mut all = Vec::new();
     for k in 0..n {
-        let is_rapid = k == 0 || random.one_in(25.0);
+        let is_rapid = k == 0 || k + 1 == n || random.one_in(25.0);
         tip += random.vector(if is_rapid { 30.0 } else { 3.0 });
         tip = tip.map(|v: f64| v.clamp(-80.0, 80.0));
         tilt = (tilt + random.between(-0.06, 0.06)).clamp(0.05, 0.7);

@@ -123,7 +123,7 @@ fn axis_values_come_back_to_a_millionth() {
             }
             let cl = stage.machine.cl_point(&q, LENGTH).transformed(&stage.table_from_work.inverse());
             values.push(q);
-            poses.push(FilePose { cl, is_rapid: step == 0 });
+            poses.push(FilePose { cl, is_rapid: step == 0 || step == 399 });
         }
         let branch = match stage.machine.branch_of(&values[0]) {
             facemill_inverse_kinematics::Branch::Positive => facemill_inverse_kinematics::BranchPreference::Positive,

@@ -13,12 +13,27 @@ fn faults_name_the_line_and_what_to_do() {
         ("PARTNO/1\nFINI\n".to_owned(), "no statement moves the tool"),
         ("LOADTL/7\nRAPID\nGOTO/0,0,60\n".to_owned(), "line 3: the tool moves, and no SPINDL gives the speed"),
         ("RAPID\nGOTO/0,0,60\nFEDRAT/5\nGOTO/0,0,50\n".to_owned(), "line 4: the tool cuts, and no SPINDL"),
+        (format!("{HEAD}GOTO/0,0,50\n"), "line 8: the tool ends in a cut, and would go home from there at rapid rate"),
+        (HEAD.replace("UNITS/MM\n", "").replace("MMPM", "IPM"), "line 6: the feed is in inches, and UNITS is missing"),
+        (format!("{HEAD}UNITS/INCHES\n"), "line 8: UNITS changes the unit behind points, frames or feeds"),
+        (format!("FEDRAT/600,MMPM\nUNITS/INCH\n{HEAD}"), "line 2: UNITS changes the unit behind points"),
+        (HEAD.replace("UNITS/MM\n", "") + "UNITS/INCHES\n", "line 7: UNITS changes the unit behind points"),
+        (
+            format!("$$-> CSYS / 1,0,0,0,0,1,0,0,0,0,1,0\n{HEAD}$$-> CSYS / 1,0,0,5,0,1,0,0,0,0,1,0\n"),
+            "line 9: CSYS of Creo differs from the one before",
+        ),
+        (format!("$$-> CSYS / 1,0,a\n{HEAD}"), "line 1: CSYS of Creo: its values are not all numbers"),
+        (
+            format!("$$-> CUTCOM_GEOMETRY_TYPE / OUTPUT_ON_PROFILE\n{HEAD}CUTCOM/LEFT\nGOTO/0,0,50\n"),
+            "line 9: CUTCOM is not written, and the points are of the profile (line 1)",
+        ),
+        (format!("{HEAD}CYCLE/DRILL,RAPTO,1e9\nGOTO/0,0,20\n"), "line 8: the cycle's height is beyond 1000000 mm"),
         (HEAD.replace("FEDRAT/600,MMPM\n", "") + "GOTO/0,0,50\n", "line 7: the tool cuts, and no FEDRAT was given"),
         (HEAD.replace("600", "0") + "GOTO/0,0,50\n", "line 8: its feed is 0 mm/min; it must be above 0"),
         (HEAD.replace("600", "-5") + "GOTO/0,0,50\n", "line 8: its feed is -5 mm/min; it must be above 0"),
         (format!("{HEAD}SPINDL/OFF\nGOTO/0,0,50\n"), "line 9: the tool cuts with the spindle off"),
-        (format!("{HEAD}GOTO/0,0,5000\n"), "line 8: the machine does not reach it"),
-        (format!("{HEAD}GOTO/0,0,50,0,0,-1\n"), "line 8: the machine does not reach it"),
+        (format!("{HEAD}GOTO/0,0,5000\nRAPID\nGOTO/0,0,60\n"), "line 8: the machine does not reach it"),
+        (format!("{HEAD}GOTO/0,0,50,0,0,-1\nRAPID\nGOTO/0,0,60,0,0,1\n"), "line 8: the machine does not reach it"),
         (format!("{HEAD}GOTO/1e7,0,5\n"), "line 8: a coordinate is beyond 1000000 mm"),
         (format!("{HEAD}TRACUT/M1\nGOTO/0,0,50\n"), "line 8: TRACUT is not followed"),
         (format!("{HEAD}GOHOME\n"), "line 8: GOHOME is not followed"),
@@ -57,6 +72,40 @@ fn settings_are_checked() {
     if let Ok(settings) = vectors.settings(None) {
         assert!(post_on(&turned, &settings).unwrap_err().to_string().contains("rotary words"));
     }
+}
+
+/// A frame of Creo that is not the file's is noted, one that is repeated is not.
+#[test]
+fn a_frame_in_comments_of_creo_is_noted() {
+    let stage = Stage::fanuc("head-b-table-c", 3);
+    let notes = |system: &str| {
+        let text = format!("$$-> CSYS / {system}\n{HEAD}$$-> CSYS / {system}\nFINI");
+        stage.post(&text).report.notes.into_iter().map(|n| (n.line, n.text)).collect::<Vec<_>>()
+    };
+    assert_eq!(notes("1,0,0,0,0,1,0,0,0,0,1,0"), []);
+    let moved = notes("1,0,0,5,0,1,0,0,0,0,1,0");
+    assert!(moved.len() == 1 && moved[0].0 == Some(1) && moved[0].1.starts_with("CSYS of Creo is taken"), "{moved:?}");
+}
+
+/// More tools than any magazine, and words without end, are read in time that grows as the file.
+#[test]
+fn many_words_and_tools_are_bounded() {
+    let stage = Stage::fanuc("head-b-table-c", 3);
+    let many: String = (0..20_000).map(|k| format!("WORD{k}/1\n")).collect();
+    let posted = stage.post(&format!("{HEAD}{many}FINI"));
+    assert_eq!(posted.report.faults.len(), 21);
+    assert_eq!(posted.report.faults[20].text, "19980 more words are not understood; the list of words has them");
+    let tools: String = (0..1000).map(|k| format!("LOADTL/{}\nRAPID\nGOTO/0,0,60\n", k + 1)).collect();
+    let why = stage.refused(&format!("SPINDL/100\n{tools}"));
+    assert!(why.starts_with("line 2999: the file has more than 999 parts with a tool each"), "{why}");
+    // 100,000 chords of one arc, two hundred times.
+    let arc = "CIRCLE/0,0,0,0,0,1,900000\nGOTO/900000,0,0\n";
+    let why = stage.post_with(
+        &format!("{HEAD}GOTO/900000,0,0\n{}", arc.repeat(2000)),
+        &PostOptions { tolerance: 1e-3, ..PostOptions::new("t") },
+    );
+    let why = why.unwrap_err().to_string();
+    assert!(why.starts_with("line ") && why.contains("more than 20000000 moves"), "{why}");
 }
 
 /// Text of random statements is posted or refused, and never panics.

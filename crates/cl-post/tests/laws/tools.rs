@@ -89,3 +89,22 @@ fn laws_under_rtcp_are_kept_on_every_control_that_has_them() {
         }
     }
 }
+
+/// Under RTCP the tip is where it should be with rotary words of any decimals: the rim of the cutter
+/// shows that the axis is not.
+#[test]
+fn coarse_rotary_words_under_rtcp_are_a_fault_of_the_rim() {
+    let poses = random_walk(&mut facemill_test_kit::Random(902), 60);
+    let options = facemill_cl_post::PostOptions { tolerance: 0.005, ..facemill_cl_post::PostOptions::new("test") };
+    let posted = |rotary: u8| {
+        let stage = Stage::rtcp("head-head-c-a", 4, rotary);
+        stage.post_with(&file_of(&poses, ("MM", 1.0)), &options).unwrap()
+    };
+    let coarse = posted(1);
+    let d = &coarse.report.deviation;
+    assert!(!coarse.is_as_meant && d.tip_mm < 0.001 && d.rim_mm > 0.005, "{d:?}");
+    assert!(
+        coarse.report.faults.iter().any(|f| f.line == Some(d.rim_cl_line) && f.text.contains("the rim of the cutter"))
+    );
+    assert!(posted(4).report.is_clean());
+}

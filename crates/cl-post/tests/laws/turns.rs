@@ -18,10 +18,17 @@ fn spiral(turns: f64, n: u32) -> Vec<FilePose> {
     (0..=n).map(pose).collect()
 }
 
+/// Lifted from a pose at rapid rate.
+fn up(pose: &FilePose) -> FilePose {
+    FilePose { cl: pose.cl.translated(Vector3::z() * 40.0), is_rapid: true }
+}
+
 #[test]
 fn an_endless_axis_winds_on() {
     let stage = Stage::fanuc("table-table-a-c", 4);
-    let posted = stage.post(&file_of(&spiral(4.0, 240), ("MM", 1.0)));
+    let mut poses = spiral(4.0, 240);
+    poses.push(up(&poses[240]));
+    let posted = stage.post(&file_of(&poses, ("MM", 1.0)));
     assert!(posted.report.is_clean());
     let turns: Vec<f64> = motions(&posted.text).iter().map(|m| m.words["C"]).collect();
     assert!((turns[turns.len() - 1] - turns[0]).abs() > 1400.0, "{turns:?}");
@@ -65,21 +72,72 @@ fn a_limited_axis_turns_back_with_the_tool_lifted() {
     assert!(reached.iter().filter(|r| r.cl.tip.z < 30.0).all(|r| (cone(&r.cl.tip) - 30.0).abs() < 0.05));
 }
 
-/// On a rapid, axes turn back without a lift, and the tip keeps to its line.
-#[test]
-fn a_limited_axis_turns_back_on_a_rapid() {
-    let stage = Stage::fanuc("head-head-c-a", 4);
+/// Two spirals with a way of rapids between them, on which a limited axis has to turn back.
+fn two_spirals(between: usize) -> Vec<FilePose> {
     let mut poses = spiral(1.6, 120);
     let again = poses.clone();
-    let up = |pose: &FilePose| FilePose { cl: pose.cl.translated(Vector3::z() * 40.0), is_rapid: true };
-    poses.push(up(&poses[poses.len() - 1]));
-    poses.push(up(&again[0]));
+    let (from, to) = (up(&poses[poses.len() - 1]).cl, up(&again[0]).cl);
+    for k in 0..=between {
+        let t = k as f64 / between as f64;
+        let tip = from.tip + (to.tip - from.tip) * t;
+        let axis = from.axis.slerp(&to.axis, t);
+        poses.push(FilePose { cl: ClPoint { tip, axis }, is_rapid: true });
+    }
     poses.extend(again.iter().map(|pose| FilePose { is_rapid: false, ..*pose }));
     poses.push(up(&again[again.len() - 1]));
-    let posted = stage.post(&file_of(&poses, ("MM", 1.0)));
-    assert!(posted.report.is_clean(), "{:?}", posted.report.faults);
-    let reached = stage.reached(&posted.text);
-    assert!(reached.iter().all(|r| r.cl.tip.z > 14.0 && r.cl.tip.coords.xy().norm() < 30.6));
+    poses
+}
+
+/// In a rapid from or to a cut the tool has to be lifted, and is with a retract.
+#[test]
+fn a_limited_axis_turns_back_in_a_rapid_with_the_tool_lifted() {
+    let stage = Stage::fanuc("head-head-c-a", 4);
+    for between in [1, 3] {
+        let text = file_of(&two_spirals(between), ("MM", 1.0));
+        let options = PostOptions { retract: Some(25.0), ..PostOptions::new("test") };
+        let posted = stage.post_with(&text, &options).unwrap();
+        assert!(posted.report.is_clean(), "{:?}", posted.report.faults);
+        let lifts = posted.report.notes.iter().filter(|n| n.text.contains("is lifted by 25 mm")).count();
+        assert_eq!(lifts, 1, "{:?}", posted.report.notes);
+        let c = stage.machine.axis_index("C").unwrap();
+        let reached = stage.reached(&posted.text);
+        for pair in reached.windows(2) {
+            let turn = (pair[1].axes[c] - pair[0].axes[c]).abs();
+            // Turns without motion are above the end of the first spiral.
+            assert!(turn < 0.7 || pair.iter().all(|r| r.cl.tip.z > 17.0 + 20.0), "{turn} at {}", pair[1].cl.tip);
+        }
+    }
+}
+
+/// Without a retract such a rapid is refused next to a cut, and a fault elsewhere.
+#[test]
+fn a_turn_in_a_rapid_without_a_lift_is_refused_or_a_fault() {
+    let stage = Stage::fanuc("head-head-c-a", 4);
+    let (mut refused, mut faults) = (0, 0);
+    for between in [1, 2, 3, 5] {
+        let text = file_of(&two_spirals(between), ("MM", 1.0));
+        match stage.post_with(&text, &PostOptions::new("test")) {
+            Err(why) => {
+                let why = why.to_string();
+                assert!(why.contains("in a rapid from or to a cut") && why.contains("--retract-mm"), "{why}");
+                refused += 1;
+            }
+            Ok(posted) => {
+                assert!(posted.is_as_meant && posted.report.faults.len() == 1, "{:?}", posted.report.faults);
+                let fault = &posted.report.faults[0];
+                assert!(fault.line.is_some() && fault.text.contains("without a lift"), "{fault:?}");
+                let reached = stage.reached(&posted.text);
+                assert!(reached.iter().all(|r| r.cl.tip.z > 14.0 && r.cl.tip.coords.xy().norm() < 30.6));
+                // A report without a run proves nothing.
+                let mut again = posted.clone();
+                again.take_proof();
+                assert!(!again.report.is_clean());
+                faults += 1;
+            }
+        }
+    }
+    println!("{refused} {faults}");
+    assert!(refused > 0 && faults > 0, "{refused} {faults}");
 }
 
 /// Through the pole the tool turns about itself; every pose is reached and nothing jumps.
@@ -104,6 +162,7 @@ fn a_path_through_the_pole_is_followed() {
         };
         poses.extend((1..8).map(across));
         poses[0].is_rapid = true;
+        poses.push(up(&poses[poses.len() - 1]));
         let posted = stage.post(&file_of(&poses, ("MM", 1.0)));
         assert!(posted.report.is_clean(), "{name}: {:?}", posted.report.faults);
         let reached = stage.reached(&posted.text);

@@ -23,8 +23,9 @@ use crate::cli::progress::Progress;
 pub(crate) const EXIT_CODES: &str = "\
 Exit codes:
   0  the program is written, and is what the CL file says
-  1  the program lacks something (cycles), differs from the file (it is then written with .rejected in
-     its name), or has faults against the part
+  1  the program lacks something (cycles, words), turns rotary axes in a rapid without a lift,
+     differs from the file (it is then written with .rejected in its name), or has faults against
+     the part
   2  the CL file or another input is wrong, or the machine cannot follow the file; nothing is written
   3  a file could not be written";
 
@@ -101,8 +102,8 @@ pub(crate) struct PostArguments {
     /// The same in rapids, or none: each RAPID is then one block, in which the tip leaves its line
     #[arg(long, value_name = "MM|none", default_value = "0.5", allow_negative_numbers = true, value_parser = rapid_tolerance)]
     pub(crate) rapid_tolerance_mm: RapidTolerance,
-    /// Lift the tool so far along its axis where rotary axes have to turn anew within a cut, and
-    /// where the file begins or ends in a cut; default: refused, and the end is reported
+    /// Lift the tool so far along its axis where rotary axes have to turn anew, and where the file
+    /// begins or ends in a cut; default: refused
     #[arg(long, value_name = "MM", allow_negative_numbers = true, value_parser = retract)]
     pub(crate) retract_mm: Option<f64>,
     /// Branch of the rotary axes at the first point of each tool: nearest (to home), positive or

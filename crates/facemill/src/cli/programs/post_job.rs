@@ -255,5 +255,6 @@ pub(crate) fn verify_posted(arguments: &PostArguments, stage: &PostStage, posted
         posted.report.verifications.push(verified.file);
     }
     posted.report.checked_against_part = true;
+    posted.take_proof();
     Ok(())
 }
