@@ -14,8 +14,8 @@ fn a_cut_that_is_a_rapid_and_another_time_are_faults() {
     assert_eq!(faults(PositionKind::Rapid, None, 0.0), []);
     assert_eq!(faults(PositionKind::FastCut, Some(0.5), 0.5), []);
     let rapid = (Some(3), "line 9 of the program is a rapid, and is to be a cut".to_owned());
-    assert_eq!(faults(cut, None, 1.0), [rapid.clone()]);
-    assert_eq!(faults(cut, None, 0.0), [rapid.clone()]);
+    assert_eq!(faults(cut, None, 1.0), std::slice::from_ref(&rapid));
+    assert_eq!(faults(cut, None, 0.0), std::slice::from_ref(&rapid));
     // A rapid whose axes have to go together.
     assert_eq!(faults(PositionKind::FastCut, None, 0.5), [rapid]);
     for time in [0.8, 1.2, f64::INFINITY] {
