@@ -30,8 +30,8 @@ pub struct Posted {
     pub report: PostReport,
     /// Whether the text is what the file says. If not, it must not be run.
     pub is_as_meant: bool,
-    /// Faults of the report that a run against the part without a finding disproves: rapids in which
-    /// rotary axes turn anew without a lift.
+    /// Faults of the report that a run against the part without a finding disproves: rapids in
+    /// which rotary axes turn anew without a lift.
     unproven: Vec<PostNote>,
 }
 

@@ -160,8 +160,8 @@ impl Comparison {
         }
     }
 
-    /// Compares kind and time of a block with those that are meant; `cut_time` is the time of a cut,
-    /// s, `None` of a rapid.
+    /// Compares kind and time of a block with those that are meant; `cut_time` is the time of a
+    /// cut, s, `None` of a rapid.
     fn kind_and_time(
         &mut self,
         kind: PositionKind,

@@ -81,8 +81,8 @@ pub(crate) struct PathMove {
 ///
 /// # Errors
 /// With the line: a frame, arc or feed that is none, a cut with the spindle off, a word that moves
-/// tool or part in a way that is not followed, more than [`MAX_MOVES`] moves or [`MAX_PARTS`] tools.
-/// Cancellation.
+/// tool or part in a way that is not followed, more than [`MAX_MOVES`] moves or [`MAX_PARTS`]
+/// tools. Cancellation.
 pub(crate) fn steps(file: &AptFile, options: &PostOptions, monitor: &dyn Monitor) -> Result<FileSteps, PostFault> {
     check_units(file)?;
     let mut reader = StepReader::new(file, options);
@@ -278,8 +278,8 @@ impl<'a> StepReader<'a> {
     }
 
     /// Writes a stop where the file has it. The header of a tool goes to its first point, so that a
-    /// stop before it is at the end of the tool before. The program goes on with spindle and coolant
-    /// as they were, which some controls switch off at a stop.
+    /// stop before it is at the end of the tool before. The program goes on with spindle and
+    /// coolant as they were, which some controls switch off at a stop.
     fn stop(&mut self, line: u32) {
         if !self.part.has_moved {
             if let Some(before) = self.out.parts.last_mut() {

@@ -90,8 +90,8 @@ fn laws_under_rtcp_are_kept_on_every_control_that_has_them() {
     }
 }
 
-/// Under RTCP the tip is where it should be with rotary words of any decimals: the rim of the cutter
-/// shows that the axis is not.
+/// Under RTCP the tip is where it should be with rotary words of any decimals: the rim of the
+/// cutter shows that the axis is not.
 #[test]
 fn coarse_rotary_words_under_rtcp_are_a_fault_of_the_rim() {
     let poses = random_walk(&mut facemill_test_kit::Random(902), 60);
