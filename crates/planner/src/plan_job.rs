@@ -82,19 +82,22 @@ pub fn plan_job_setup(
     Ok(planned)
 }
 
-/// Plans setups in their order; an error within the list is the reason why there is nothing to cut.
+/// A planned setup, with what is kept of it, or the reason why there is nothing to cut.
+type PlannedOrEmpty<T> = Result<(Planned, T), String>;
+
+/// Plans setups in their order.
 fn planned_setups<'j, T>(
     job: &'j Job,
     setups: Range<usize>,
     settings: PlanSettings,
     (cell, stages): (Option<f64>, &dyn Stages),
     mut keep: impl FnMut(&Planned, Option<ReadSetup<'j>>) -> T,
-) -> Result<Vec<Result<(Planned, T), String>>, Failure> {
+) -> Result<Vec<PlannedOrEmpty<T>>, Failure> {
     if cell.is_some_and(|c| !(c > 0.0 && c.is_finite())) {
         return Err(job.wrong("the distance of the stock's lines must be a length above 0 mm"));
     }
     setups.clone().try_for_each(|k| check_before(job, k))?;
-    let mut all: Vec<Result<(Planned, T), String>> = Vec::new();
+    let mut all: Vec<PlannedOrEmpty<T>> = Vec::new();
     let mut programs = job.programs.clone();
     let first = setups.start;
     for index in setups {
