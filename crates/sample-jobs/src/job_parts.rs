@@ -15,7 +15,7 @@ pub(crate) type JobFiles = Vec<(String, Vec<u8>)>;
 /// Format of the job files.
 const JOB_FORMAT: &str = "facemill-job/1";
 
-/// Scales of [`NewJob::Rotor37`] and [`NewJob::Blade`]: below them no cutter is small enough, above
+/// Scales of rotor 37 and of blades from files: below them no cutter is small enough, above
 /// them no machine is large enough.
 pub const ROTOR_SCALES: RangeInclusive<f64> = 0.1..=100.0;
 
