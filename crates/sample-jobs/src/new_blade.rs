@@ -4,14 +4,14 @@ use std::path::Path;
 
 use facemill_blade_file::{BladeFile, ProfileSection, read_blade};
 use facemill_sample_parts::{BladeLoft, BladeSections, LoftedBlade};
-use facemill_surface_model::{NamedNode, TriMesh, write_obj};
-use nalgebra::{Isometry3, Matrix3, Point3, Rotation3, Unit, UnitQuaternion, Vector3};
+use facemill_surface_model::{TriMesh, write_obj};
+use nalgebra::{Matrix3, Point3, Rotation3, Unit, UnitQuaternion, Vector3};
 use serde_json::{Value, json};
 
 use crate::job_parts::{
     JobFiles, ROTOR_SCALES, ReadFile, cutter_radius, job_file, job_folder, operation, round_to, stock_for,
 };
-use crate::propeller_mesh::compact;
+use crate::propeller_mesh::{nodes_in_place, parts_by_group};
 
 /// Chord tolerance of a blade's mesh as a share of its size, and its limits, mm.
 const CHORD_SHARE: f64 = 1e-4;
@@ -92,14 +92,8 @@ fn loft(file: &BladeFile, scale: f64) -> Result<LoftedBlade, String> {
 
 /// Returns the names of a mesh's groups, and the mesh as a file in which each is an object.
 pub(crate) fn groups_obj(mesh: &TriMesh) -> Result<(Vec<String>, Vec<u8>), String> {
-    let names: Vec<String> = mesh.groups().iter().map(|g| g.name.clone()).collect();
-    let parts: Vec<TriMesh> = names.iter().map(|g| compact(&mesh.select_groups(|name| name == g))).collect();
-    let nodes: Vec<NamedNode<'_>> = names
-        .iter()
-        .enumerate()
-        .map(|(k, name)| NamedNode { name, mesh: k, transform: Isometry3::identity() })
-        .collect();
-    let obj = write_obj(&parts.iter().collect::<Vec<_>>(), &nodes).map_err(|e| e.to_string())?;
+    let (names, parts) = parts_by_group(mesh);
+    let obj = write_obj(&parts.iter().collect::<Vec<_>>(), &nodes_in_place(&names)).map_err(|e| e.to_string())?;
     Ok((names, obj))
 }
 

@@ -11,7 +11,11 @@ pub(crate) const RADIAL_QUADS: usize = 160;
 /// Quads of a blade along the chord.
 pub(crate) const CHORD_QUADS: usize = 120;
 
-/// Returns the propeller as a file, and its lowest and highest z, mm.
+/// Returns blades and hub of a propeller as a binary glTF file in metres with a node for each of their
+/// groups, and the lowest and highest z of the propeller, mm.
+///
+/// # Errors
+/// If the hub cannot be meshed, or the mesh is too large for a file.
 pub fn propeller_glb(spec: &PropellerSpec, resolution: BladeResolution) -> Result<(Vec<u8>, [f64; 2]), String> {
     let blade = blade(spec, resolution);
     let hub = hub(spec, 2e-4 * spec.hub_radius()).map_err(|e| e.to_string())?;
@@ -59,18 +63,25 @@ pub(crate) fn compact(mesh: &TriMesh) -> TriMesh {
     TriMesh::with_groups(vertices, triangles, mesh.groups().to_vec()).unwrap_or_default()
 }
 
-/// Returns a mesh as a file in which each of its groups, or the whole where it has none, is a node.
+/// Returns the names of a mesh's groups and the mesh of each.
+pub(crate) fn parts_by_group(mesh: &TriMesh) -> (Vec<String>, Vec<TriMesh>) {
+    let names: Vec<String> = mesh.groups().iter().map(|g| g.name.clone()).collect();
+    let parts = names.iter().map(|g| compact(&mesh.select_groups(|name| name == g))).collect();
+    (names, parts)
+}
+
+/// Returns a node for each mesh, where it is.
+pub(crate) fn nodes_in_place(names: &[String]) -> Vec<NamedNode<'_>> {
+    let node = |(mesh, name)| NamedNode { name, mesh, transform: Isometry3::identity() };
+    names.iter().map(String::as_str).enumerate().map(node).collect()
+}
+
+/// Returns a mesh as a binary glTF file in which each of its groups, or the whole where it has none,
+/// is a node.
 pub(crate) fn grouped_glb(mesh: &TriMesh) -> Result<Vec<u8>, String> {
-    let names: Vec<&str> = mesh.groups().iter().map(|g| g.name.as_str()).collect();
-    let parts: Vec<TriMesh> = match names[..] {
-        [] => vec![mesh.clone()],
-        _ => names.iter().map(|g| compact(&mesh.select_groups(|name| name == *g))).collect(),
+    let (names, parts) = match mesh.groups() {
+        [] => (vec!["solid".to_owned()], vec![mesh.clone()]),
+        _ => parts_by_group(mesh),
     };
-    let node = |k: usize| NamedNode {
-        name: names.get(k).copied().unwrap_or("solid"),
-        mesh: k,
-        transform: Isometry3::identity(),
-    };
-    let nodes: Vec<NamedNode<'_>> = (0..parts.len()).map(node).collect();
-    write_glb(&parts.iter().collect::<Vec<_>>(), &nodes).map_err(|e| e.to_string())
+    write_glb(&parts.iter().collect::<Vec<_>>(), &nodes_in_place(&names)).map_err(|e| e.to_string())
 }

@@ -1,5 +1,5 @@
 //! Kit of the tests: random numbers with a seed, meshes of plain shapes, slow answers by
-//! definition, and where data beside the workspace is.
+//! definition, outside programs, and where data beside the workspace is.
 //!
 //! Nothing here shares code with what it tests, and no product crate depends on it.
 //!
@@ -10,13 +10,16 @@
 //! | `random` | seeded numbers, vectors, directions and motions |
 //! | `meshes` | boxes, grids, balls, caps, rings and soups as vertices and triangles |
 //! | `svg` | texts of pictures in the widest font |
+//! | `linuxcnc` | the interpreter of LinuxCNC, where it is installed |
 //! | `oracles` | volumes, open edges, crossings and least values by their definition |
 
+mod linuxcnc;
 mod meshes;
 mod oracles;
 mod random;
 mod svg;
 
+pub use linuxcnc::{linuxcnc_interpreter, run_linuxcnc};
 pub use meshes::{
     Mesh, ball_mesh, box_mesh, cap_mesh, grid_around, grid_by_columns, grid_by_rows, odd_triangle, ring_mesh, soup_mesh,
 };

@@ -3,12 +3,12 @@
 
 use facemill_tests::jobs::JobFolder;
 use facemill_tests::oracles::interpreter::{Axes, Motion};
-use facemill_tests::oracles::read_back::{TipAndAxis, number};
+use facemill_tests::oracles::read_back::{ReadBack, TipAndAxis, number};
 use facemill_tests::variants::{APPROACH, CUTTING, Written, planned, strays, tiny_patch, variant};
 use serde_json::{Value, json};
 
 /// Largest speed of each axis of the machine file, word unit per minute.
-fn axis_speeds(job: &JobFolder) -> Vec<(String, f64)> {
+pub(crate) fn axis_speeds(job: &JobFolder) -> Vec<(String, f64)> {
     fn joints(v: &Value, found: &mut Vec<(String, f64)>) {
         match v {
             Value::Object(map) => {
@@ -30,8 +30,8 @@ fn axis_speeds(job: &JobFolder) -> Vec<(String, f64)> {
 
 /// The time that a block needs, s: of the tip's straight way at its feed and each axis' way at its
 /// largest speed the longest.
-fn needed_seconds(w: &Written, m: &Motion, feed: f64, speeds: &[(String, f64)]) -> f64 {
-    let (from, to) = (w.back.tool(&m.from, m.rtcp).0, w.back.end(m).0);
+pub(crate) fn needed_seconds(back: &ReadBack, m: &Motion, feed: f64, speeds: &[(String, f64)]) -> f64 {
+    let (from, to) = (back.tool(&m.from, m.rtcp).0, back.end(m).0);
     let way = |axis: &str, a: &Axes| match axis {
         "X" => a.x,
         "Y" => a.y,
@@ -49,7 +49,7 @@ fn check_times(w: &Written, job: &JobFolder) {
     let mut sums = [0.0, 0.0];
     for (m, feed) in w.motions.iter().zip(&w.feeds) {
         let Some(feed) = *feed else { continue };
-        let (needed, took) = (needed_seconds(w, m, feed, &speeds), m.seconds());
+        let (needed, took) = (needed_seconds(&w.back, m, feed, &speeds), m.seconds());
         // F has decimals, and words are rounded: a thousandth of a millimetre of a short block.
         let slack = 2e-3 + 60.0 * 2e-3 / feed / needed;
         assert!((took / needed - 1.0).abs() < slack, "line {}: {took} s, needs {needed} s", m.line);

@@ -2,11 +2,13 @@
 
 use facemill_tests::jobs::JobFolder;
 use facemill_tests::oracles::interpreter;
-use facemill_tests::oracles::read_back::{ReadBack, TipAndAxis};
+use facemill_tests::oracles::read_back::{ReadBack, TipAndAxis, apt_feeds};
 use facemill_tests::shared::workspace;
 use facemill_tests::variants::{plan, variant};
 use nalgebra::{Point3, Unit, Vector3};
 use serde_json::{Value, json};
+
+use crate::feed_modes::{axis_speeds, needed_seconds};
 
 fn asset(name: &str) -> Vec<u8> {
     std::fs::read(workspace().join("assets/dialects").join(name)).expect("a file of assets/dialects")
@@ -88,7 +90,8 @@ fn a_plan_for_grblhal_has_the_poses_of_the_plan_and_no_word_that_it_lacks() {
 
 #[test]
 fn a_plan_for_a_control_like_marlin_has_one_command_a_line_and_the_poses_of_the_plan() {
-    let more = [with_template("marlin"), ("/post/max_line_length", json!(90))];
+    let quick = ("/feeds_within", json!("velocity"));
+    let more = [with_template("marlin"), ("/post/max_line_length", json!(90)), quick];
     let job = job_of("marlin", "fanuc", "g94", &more);
     let mut file = job.json("job.json");
     file["post"]["block_numbers"] = Value::Null;
@@ -101,8 +104,33 @@ fn a_plan_for_a_control_like_marlin_has_one_command_a_line_and_the_poses_of_the_
         assert!(commands == 1 && line.len() <= 90, "{line}");
         assert!(!["N", "G93", "G94", "G40", "%", "O"].iter().any(|word| line.starts_with(word)), "{line}");
     }
-    // F counts over all axes, so the time of each cut is that of the plan.
     assert!(text.contains("\nG28 Z0.\nG49\n"), "{text}");
+    // The operator changes the tool: M0 stops right behind T.
+    let lines: Vec<&str> = text.lines().collect();
+    let changes: Vec<&[&str]> = lines.windows(3).filter(|lines| lines[0].starts_with('T')).collect();
+    assert!(changes.len() == 1 && changes[0][1..] == ["M0", "M6"], "{changes:?}");
+    assert_norm_feeds(&job, &text);
+}
+
+/// Asserts that F of each cut is the way over all axes, 1 deg as 1 mm, by the time that the plan's
+/// tip feed and the largest speeds of the axes leave it.
+fn assert_norm_feeds(job: &JobFolder, text: &str) {
+    let feeds = apt_feeds(&std::fs::read_to_string(job.path("out/program.apt")).unwrap());
+    let (motions, back, speeds) = (interpreter::run(text), ReadBack::of(job, 0), axis_speeds(job));
+    let mut cuts = 0;
+    for (m, feed) in motions[motions.len() - feeds.len()..].iter().zip(&feeds) {
+        let Some(tip_feed) = *feed else { continue };
+        let norm = [m.to.x - m.from.x, m.to.y - m.from.y, m.to.z - m.from.z, m.to.b - m.from.b, m.to.c - m.from.c]
+            .into_iter()
+            .fold(0.0, f64::hypot);
+        let f = m.feed.unwrap_or_else(|| panic!("line {}: no F", m.line));
+        let needed = needed_seconds(&back, m, tip_feed, &speeds);
+        // Words are rounded, F has two decimals.
+        let slack = 2e-3 + 60.0 * 2e-3 / tip_feed / needed;
+        assert!((f * needed / 60.0 / norm - 1.0).abs() < slack, "line {}: F{f} for {norm} in {needed} s", m.line);
+        cuts += 1;
+    }
+    assert!(cuts > 100, "{cuts} cuts");
 }
 
 /// Another planner of a control is other values of its dialect file, and other times.

@@ -183,3 +183,41 @@ fn wrong_files_are_refused_with_their_line() {
     assert!(code_and_errors(&output).0 != 0);
     assert_eq!(std::fs::read(Path::new(&same)).unwrap(), SHORT.as_bytes());
 }
+
+/// Two spirals of 1.6 turns with rapids between them, on which an axis with limits has to turn back.
+fn two_spirals() -> String {
+    let mut text = "UNITS/MM\nMULTAX/ON\nLOADTL/1\nSPINDL/1200,RPM,CLW\nFEDRAT/600,MMPM\n".to_owned();
+    let n = 96;
+    let line = |k: i32, z: f64| {
+        let (sin, cos) = (std::f64::consts::TAU * 1.6 * f64::from(k) / f64::from(n)).sin_cos();
+        format!("GOTO/{},{},{z},{},{},1\n", 30.0 * cos, 30.0 * sin, 0.3 * cos, 0.3 * sin)
+    };
+    for _ in 0..2 {
+        text += &format!("RAPID\n{}", line(0, 200.0));
+        text.extend((0..=n).map(|k| line(k, 150.0)));
+        text += &format!("RAPID\n{}RAPID\n{}", line(n, 200.0), line(n, 250.0));
+        text += &format!("RAPID\n{}RAPID\n{}", line(0, 260.0), line(0, 230.0));
+    }
+    text + "FINI\n"
+}
+
+/// Rotary axes that turn anew in a rapid without a lift are a fault, until a run against the part
+/// finds nothing.
+#[test]
+fn a_turn_in_a_rapid_is_a_fault_unless_the_run_against_the_part_passes() {
+    let job = short_file(&two_spirals());
+    job.write("plate.obj", b"v -50 -50 0\nv 50 -50 0\nv 50 50 0\nv -50 50 0\nf 1 2 3\nf 1 3 4\n");
+    let machine = preset(&job, "head-head-c-a");
+    let (tool, part) = (place(&job, "tool.json"), place(&job, "plate.obj"));
+    let options = ["--machine", &machine, "--tool", &tool, "--dialect", "fanuc", "--mount", "0,0,100"];
+    let text_of_all = |report: &Value, key: &str| report[key].to_string();
+    let (code, printed, errors) = post(&job, "part.apt", &options);
+    assert_eq!(code, 1, "{printed}{errors}");
+    assert!(text_of_all(&job.json("posted.post.json"), "faults").contains("without a lift"), "{printed}");
+    let of_part = ["--part", &part, "--stock", "offset:1"];
+    let (code, printed, errors) = post(&job, "part.apt", &[&options[..], &of_part[..]].concat());
+    assert_eq!(code, 0, "{printed}{errors}");
+    let report = job.json("posted.post.json");
+    assert_eq!(report["faults"], json!([]));
+    assert!(text_of_all(&report, "notes").contains("without a lift"), "{report}");
+}

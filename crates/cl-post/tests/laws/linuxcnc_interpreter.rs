@@ -4,48 +4,23 @@
 //! Skipped, with a message, where neither the environment variable `FACEMILL_RS274` nor the search
 //! path has it.
 
-use std::path::PathBuf;
-use std::process::Command;
+use std::path::Path;
 
 use facemill_cl_data::ClPoint;
 use facemill_cl_file::{AptMeaning, AptPointKind, read_apt};
 use facemill_cl_post::PostOptions;
 use facemill_inverse_kinematics::{AxisKind, AxisValues};
 use facemill_nc_program::Dialect;
-use facemill_test_kit::{Random, SHARED_NC};
+use facemill_test_kit::{Random, SHARED_NC, linuxcnc_interpreter, run_linuxcnc};
 
 use crate::kit::*;
 use crate::shared_files::frame_of;
 
-fn interpreter() -> Option<PathBuf> {
-    let own = std::env::var_os("FACEMILL_RS274").map(PathBuf::from);
-    let paths = std::env::var_os("PATH").unwrap_or_default();
-    let found = own.or_else(|| std::env::split_paths(&paths).map(|p| p.join("rs274")).find(|p| p.is_file()));
-    if found.is_none() {
-        eprintln!(
-            "SKIPPED: no rs274; install the Debian package linuxcnc-uspace, or set FACEMILL_RS274 to its program"
-        );
-    }
-    found
-}
-
 /// Ends of all straight moves that the interpreter makes of a program: X, Y, Z, A, B, C.
-fn interpreted(rs274: &PathBuf, text: &str, (name, tools): (&str, &[u32])) -> Vec<[f64; 6]> {
-    let folder = std::env::temp_dir().join(format!("facemill-post-rs274-{}-{name}", std::process::id()));
-    std::fs::create_dir_all(&folder).unwrap();
+fn interpreted(rs274: &Path, text: &str, (name, tools): (&str, &[u32])) -> Vec<[f64; 6]> {
     let table: String = tools.iter().map(|n| format!("T{n} P{n} Z{LENGTH} D20 ;mill\n")).collect();
-    std::fs::write(folder.join("tool.tbl"), table).unwrap();
-    std::fs::write(folder.join("program.ngc"), text).unwrap();
-    let output = Command::new(rs274)
-        .args(["-t", "tool.tbl", "-g", "program.ngc"])
-        .current_dir(&folder)
-        // It keeps the tool table in a file there, which two runs at once would share.
-        .env("HOME", &folder)
-        .output()
-        .unwrap_or_else(|e| panic!("{}: {e}", rs274.display()));
-    std::fs::remove_dir_all(&folder).unwrap();
-    let printed = String::from_utf8_lossy(&output.stdout).into_owned();
-    assert!(output.status.success() && printed.contains("PROGRAM_END"), "{}", String::from_utf8_lossy(&output.stderr));
+    let (is_taken, printed) = run_linuxcnc(rs274, text, &table, &format!("post-{name}"));
+    assert!(is_taken && printed.contains("PROGRAM_END"), "{printed}");
     let ends = printed.lines().filter_map(|line| {
         let rest = line.split_once("STRAIGHT_TRAVERSE(").or_else(|| line.split_once("STRAIGHT_FEED("))?.1;
         let values: Vec<f64> = rest.trim_end_matches(')').split(',').filter_map(|v| v.trim().parse().ok()).collect();
@@ -56,7 +31,7 @@ fn interpreted(rs274: &PathBuf, text: &str, (name, tools): (&str, &[u32])) -> Ve
 
 #[test]
 fn its_interpreter_brings_the_tool_to_every_pose_on_three_machines() {
-    let Some(rs274) = interpreter() else { return };
+    let Some(rs274) = linuxcnc_interpreter() else { return };
     for (k, name) in MACHINES.iter().enumerate() {
         let stage = Stage::control(name, Dialect::LinuxCnc, None);
         let poses = random_walk(&mut Random(800 + k as u64), 300);
@@ -93,7 +68,7 @@ fn poses_of(stage: &Stage, ends: &[[f64; 6]]) -> Vec<ClPoint> {
 /// changes, and the tip comes to every point but those of cycles.
 #[test]
 fn its_interpreter_takes_a_published_file_with_several_tools() {
-    let Some(rs274) = interpreter() else { return };
+    let Some(rs274) = linuxcnc_interpreter() else { return };
     let path = std::path::Path::new(SHARED_NC).join("aamorim_manufacture3-top.apt");
     let Ok(text) = std::fs::read_to_string(&path) else {
         eprintln!("SKIPPED: {} is not there", path.display());

@@ -4,10 +4,11 @@
 //! Skipped, with a message, where neither the environment variable `FACEMILL_RS274` nor the search
 //! path has it.
 
-use std::{collections::BTreeMap, path::PathBuf, process::Command};
+use std::{collections::BTreeMap, path::Path};
 
 use facemill_nc_program::dialect::PostFile;
 use facemill_nc_program::*;
+use facemill_test_kit::{linuxcnc_interpreter, run_linuxcnc};
 
 use crate::dialects::{WORD_ADDRESS, home, law};
 use crate::kit::{Random, random_blocks, spec};
@@ -15,18 +16,6 @@ use crate::slow_control::State;
 
 /// Axes as the interpreter prints them.
 const CANON: [&str; 6] = ["X", "Y", "Z", "A", "B", "C"];
-
-fn interpreter() -> Option<PathBuf> {
-    let own = std::env::var_os("FACEMILL_RS274").map(PathBuf::from);
-    let paths = std::env::var_os("PATH").unwrap_or_default();
-    let found = own.or_else(|| std::env::split_paths(&paths).map(|p| p.join("rs274")).find(|p| p.is_file()));
-    if found.is_none() {
-        eprintln!(
-            "SKIPPED: no rs274; install the Debian package linuxcnc-uspace, or set FACEMILL_RS274 to its program"
-        );
-    }
-    found
-}
 
 /// Actions of the interpreter in one block.
 #[derive(Clone, Debug, Default)]
@@ -39,21 +28,8 @@ struct Canon {
 
 /// Output and success of the interpreter for a program, with a tool table that has one tool of this
 /// length.
-fn run(rs274: &PathBuf, text: &str, length: f64, name: &str) -> (bool, String) {
-    let folder = std::env::temp_dir().join(format!("facemill-rs274-{}-{name}", std::process::id()));
-    std::fs::create_dir_all(&folder).unwrap();
-    std::fs::write(folder.join("tool.tbl"), format!("T7 P7 Z{length} D160 ;mill\n")).unwrap();
-    std::fs::write(folder.join("program.ngc"), text).unwrap();
-    let output = Command::new(rs274)
-        .args(["-t", "tool.tbl", "-g", "program.ngc"])
-        .current_dir(&folder)
-        // It keeps the tool table in a file there, which two runs at once would share.
-        .env("HOME", &folder)
-        .output()
-        .unwrap_or_else(|e| panic!("{}: {e}", rs274.display()));
-    std::fs::remove_dir_all(&folder).unwrap();
-    let both = [output.stdout, output.stderr].concat();
-    (output.status.success(), String::from_utf8_lossy(&both).into_owned())
+fn run(rs274: &Path, text: &str, length: f64, name: &str) -> (bool, String) {
+    run_linuxcnc(rs274, text, &format!("T7 P7 Z{length} D160 ;mill\n"), name)
 }
 
 /// Motions by block number.
@@ -81,7 +57,7 @@ fn canon(output: &str) -> BTreeMap<u32, Canon> {
 /// Every block is taken, goes where its words say, and takes as long as its F says.
 #[test]
 fn its_interpreter_goes_where_the_words_say_and_takes_the_time_of_f() {
-    let Some(rs274) = interpreter() else { return };
+    let Some(rs274) = linuxcnc_interpreter() else { return };
     let mut random = Random(61);
     for (round, path) in [0.01, 0.0].into_iter().enumerate() {
         let mut blocks = random_blocks(&mut random, 1500);
@@ -138,7 +114,7 @@ fn check_time(before: &Canon, now: &Canon, feed: f64, line: &str) -> bool {
 
 #[test]
 fn its_interpreter_stops_where_the_tool_has_another_length() {
-    let Some(rs274) = interpreter() else { return };
+    let Some(rs274) = linuxcnc_interpreter() else { return };
     let post = PostFile { dialect: Dialect::LinuxCnc, feed_mode: FeedMode::G93, ..PostFile::default() };
     let settings = post.settings(None).unwrap().on_machine(law(0.01), home()).unwrap();
     let text = write_program(&spec(random_blocks(&mut Random(62), 5)), &settings).unwrap();
