@@ -11,8 +11,8 @@ pub(crate) const RADIAL_QUADS: usize = 160;
 /// Quads of a blade along the chord.
 pub(crate) const CHORD_QUADS: usize = 120;
 
-/// Returns blades and hub of a propeller as a binary glTF file in metres with a node for each of their
-/// groups, and the lowest and highest z of the propeller, mm.
+/// Returns blades and hub of a propeller as a binary glTF file in metres with a node for each of
+/// their groups, and the lowest and highest z of the propeller, mm.
 ///
 /// # Errors
 /// If the hub cannot be meshed, or the mesh is too large for a file.
@@ -76,8 +76,8 @@ pub(crate) fn nodes_in_place(names: &[String]) -> Vec<NamedNode<'_>> {
     names.iter().map(String::as_str).enumerate().map(node).collect()
 }
 
-/// Returns a mesh as a binary glTF file in which each of its groups, or the whole where it has none,
-/// is a node.
+/// Returns a mesh as a binary glTF file in which each of its groups, or the whole where it has
+/// none, is a node.
 pub(crate) fn grouped_glb(mesh: &TriMesh) -> Result<Vec<u8>, String> {
     let (names, parts) = match mesh.groups() {
         [] => (vec!["solid".to_owned()], vec![mesh.clone()]),

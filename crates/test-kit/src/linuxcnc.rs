@@ -17,8 +17,8 @@ pub fn linuxcnc_interpreter() -> Option<PathBuf> {
     found
 }
 
-/// Returns whether the interpreter takes a program with a tool table, and all that it prints; `name`
-/// tells runs at once apart.
+/// Returns whether the interpreter takes a program with a tool table, and all that it prints;
+/// `name` tells runs at once apart.
 ///
 /// # Panics
 /// If files cannot be written or the interpreter cannot be started.

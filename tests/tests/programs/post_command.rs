@@ -184,7 +184,8 @@ fn wrong_files_are_refused_with_their_line() {
     assert_eq!(std::fs::read(Path::new(&same)).unwrap(), SHORT.as_bytes());
 }
 
-/// Two spirals of 1.6 turns with rapids between them, on which an axis with limits has to turn back.
+/// Two spirals of 1.6 turns with rapids between them, on which an axis with limits has to turn
+/// back.
 fn two_spirals() -> String {
     let mut text = "UNITS/MM\nMULTAX/ON\nLOADTL/1\nSPINDL/1200,RPM,CLW\nFEDRAT/600,MMPM\n".to_owned();
     let n = 96;
