@@ -10,7 +10,7 @@ use crate::propeller_solid::ball::FilletContact;
 use crate::propeller_solid::contact_loop::ContactLoop;
 use crate::propeller_solid::contour::Contour;
 use crate::propeller_solid::root_fillet::{contour_angle, place_of};
-use crate::propeller_solid::sector::{Corner, EDGE, FILLET, PRESSURE, SUCTION, Sector, TIP};
+use crate::propeller_solid::sector::{Corner, Sector, SideGroup};
 
 /// Vertices of both sides by row, from the hub over the fillet to the tip, and column, from leading
 /// to trailing edge.
@@ -113,15 +113,17 @@ fn add_quads(sector: &mut Sector, grid: &BladeGrid, contacts: &ContactLoop, shee
     let leading = columns_before(grid.fractions[grid.n_edge]);
     let trailing = columns_before(grid.fractions[grid.fractions.len() - 1 - grid.n_edge]);
     let tip_row = sheets.contact_row + grid.tip_row - grid.hub_row;
-    let group = |row: usize, column: usize, side: usize| {
+    let group = |row: usize, column: usize| {
         if row < sheets.contact_row {
-            FILLET
+            SideGroup::Fillet
         } else if row >= tip_row {
-            TIP
-        } else if column < leading || column >= trailing {
-            EDGE
+            SideGroup::Tip
+        } else if column < leading {
+            SideGroup::LeadingEdge
+        } else if column >= trailing {
+            SideGroup::TrailingEdge
         } else {
-            side
+            SideGroup::Side
         }
     };
     let [suction, pressure] = &sheets.sides;
@@ -134,9 +136,9 @@ fn add_quads(sector: &mut Sector, grid: &BladeGrid, contacts: &ContactLoop, shee
             let [on_suction, on_pressure] = [quad(suction), quad(pressure)];
             // As in `close_sheets`: a diagonal between shared vertices would lie on both sides.
             let is_shared = |v: Corner| on_suction.contains(&v) && on_pressure.contains(&v);
-            sector.quad_without(group(row, k, SUCTION), on_suction, is_shared);
+            sector.quad_without(group(row, k).of(0), on_suction, is_shared);
             let [a, b, c, d] = on_pressure;
-            sector.quad_without(group(row, k, PRESSURE), [a, d, c, b], is_shared);
+            sector.quad_without(group(row, k).of(1), [a, d, c, b], is_shared);
         }
     }
 }

@@ -5,17 +5,43 @@ use std::f64::consts::TAU;
 use facemill_surface_model::{Group, TriMesh};
 use nalgebra::{Point3, Rotation3, Vector3};
 
-/// Groups of a propeller as one solid, in the order of its mesh: those of a blade, then the hub's.
-pub(crate) const SECTOR_GROUPS: [&str; 8] =
-    ["suction", "pressure", "edge", "tip", "fillet", "hub/cylinder", "hub/ends", "hub/bore"];
-pub(crate) const SUCTION: usize = 0;
-pub(crate) const PRESSURE: usize = 1;
-pub(crate) const EDGE: usize = 2;
-pub(crate) const TIP: usize = 3;
-pub(crate) const FILLET: usize = 4;
-pub(crate) const CYLINDER: usize = 5;
-pub(crate) const ENDS: usize = 6;
-pub(crate) const BORE: usize = 7;
+/// Groups of a propeller as one solid, in the order of its mesh: those of a blade, by side as
+/// [`SideGroup`] has them, then the hub's.
+pub(crate) const SECTOR_GROUPS: [&str; 13] = [
+    "suction",
+    "suction-leading-edge",
+    "suction-trailing-edge",
+    "suction-tip",
+    "suction-fillet",
+    "pressure",
+    "pressure-leading-edge",
+    "pressure-trailing-edge",
+    "pressure-tip",
+    "pressure-fillet",
+    "hub/cylinder",
+    "hub/ends",
+    "hub/bore",
+];
+pub(crate) const CYLINDER: usize = 10;
+pub(crate) const ENDS: usize = 11;
+pub(crate) const BORE: usize = 12;
+
+/// Group of one side of a blade; edges, tip and fillet go as far as the line where both sides meet.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum SideGroup {
+    Side,
+    LeadingEdge,
+    TrailingEdge,
+    Tip,
+    Fillet,
+}
+
+impl SideGroup {
+    /// Returns the group of the suction (0) or pressure side (1).
+    pub(crate) fn of(self, side: usize) -> usize {
+        self as usize + side * (CYLINDER / 2)
+    }
+}
 
 /// Corner of a triangle of a sector.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -51,10 +51,13 @@ const LEAST_MARGIN: f64 = 0.01;
 /// are at the places of [`crate::blade_pose`]; `docs/method.md` has the derivation.
 ///
 /// Groups, for each blade k from 1:
-/// - `blade-k/suction`, `pressure`, `edge`, `tip`: those of [`crate::blade`] outside the fillet,
-///   with rows spread from the fillet to the rounding of the tip, and more columns at the edges
-///   where the fillet needs them;
-/// - `blade-k/fillet`: a structured strip between both curves of contact;
+/// - `blade-k/suction` and `pressure`: those of [`crate::blade`] outside the fillet, with rows
+///   spread from the fillet to the rounding of the tip, and more columns at the edges where the
+///   fillet needs them;
+/// - `blade-k/suction-leading-edge`, `suction-trailing-edge`, `suction-tip`, and the same of the
+///   pressure side: edges and tip up to the line where both sides meet;
+/// - `blade-k/suction-fillet` and `pressure-fillet`: a structured strip between both curves of
+///   contact, halved where both sides meet;
 /// - `hub/cylinder`, `hub/ends`, and `hub/bore` if there is one. The cylinder is that of
 ///   [`crate::hub`], or as much longer as the fillets need where the table gives no length.
 ///
@@ -74,7 +77,7 @@ const LEAST_MARGIN: f64 = 0.01;
 /// let spec = PropellerSpec::new(PropellerSeries::Dtmb4119, 3048.0)?;
 /// let form = SolidForm { fillet: RootFillet::constant(60.0)?, bore: Some(Bore::cylinder(120.0)?) };
 /// let solid = propeller_solid(&spec, &form, BladeResolution::new(24, 36)?, 1.0)?;
-/// assert!(solid.groups().iter().any(|group| group.name == "blade-3/fillet"));
+/// assert!(solid.groups().iter().any(|group| group.name == "blade-3/suction-fillet"));
 /// # Ok::<(), SpecError>(())
 /// ```
 ///

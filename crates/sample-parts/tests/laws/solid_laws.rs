@@ -81,12 +81,14 @@ fn solids_are_closed_outward_and_of_one_piece() {
                 assert!(kit::volume(&solid) > 0.0, "{series:?}");
                 let n_blades = spec.n_blades();
                 let names: Vec<&str> = solid.groups().iter().map(|group| group.name.as_str()).collect();
-                assert_eq!(names.len(), 5 * n_blades + if form.bore.is_some() { 3 } else { 2 });
+                assert_eq!(names.len(), 10 * n_blades + if form.bore.is_some() { 3 } else { 2 });
                 assert_eq!(
                     names[..5].join(" "),
-                    "blade-1/suction blade-1/pressure blade-1/edge blade-1/tip blade-1/fillet"
+                    "blade-1/suction blade-1/suction-leading-edge blade-1/suction-trailing-edge blade-1/suction-tip \
+                     blade-1/suction-fillet"
                 );
-                assert_eq!(names[5 * n_blades], "hub/cylinder");
+                assert_eq!(names[5..10].join(" "), names[..5].join(" ").replace("suction", "pressure"));
+                assert_eq!(names[10 * n_blades], "hub/cylinder");
                 let surface = surface(solid);
                 assert_eq!(surface.topology().components.len(), 1, "{series:?}");
                 assert!(surface.is_inside(&Point3::new(0.6 * hub, 0.0, 0.0)));
@@ -224,7 +226,8 @@ fn fitted_fillets_fit() {
 /// Largest bends between facets of the fillet of blade 1 and their neighbours of the blade and of
 /// the hub, rad.
 fn seam_bends(mesh: &TriMesh) -> [f64; 2] {
-    let fillet = kit::group(mesh, "blade-1/fillet");
+    let fillets = ["suction", "pressure"].map(|side| kit::group(mesh, &format!("blade-1/{side}-fillet")));
+    let is_fillet = |t: &usize| fillets.iter().any(|fillet| fillet.contains(t));
     let hub = kit::group(mesh, "hub/cylinder");
     let mut beside = BTreeMap::<(u32, u32), Vec<usize>>::new();
     for (t, [a, b, c]) in mesh.triangles().iter().enumerate() {
@@ -235,8 +238,8 @@ fn seam_bends(mesh: &TriMesh) -> [f64; 2] {
     let mut bends: [f64; 2] = [0.0; 2];
     for pair in beside.values() {
         let [s, t] = pair[..] else { panic!("an edge of {} triangles", pair.len()) };
-        let (inside, outside) = if fillet.contains(&s) { (s, t) } else { (t, s) };
-        if fillet.contains(&inside) && !fillet.contains(&outside) {
+        let (inside, outside) = if is_fillet(&s) { (s, t) } else { (t, s) };
+        if is_fillet(&inside) && !is_fillet(&outside) {
             let bend = mesh.scaled_normal(inside).angle(&mesh.scaled_normal(outside));
             let seam = &mut bends[usize::from(hub.contains(&outside))];
             *seam = seam.max(bend);
