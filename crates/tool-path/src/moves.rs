@@ -20,7 +20,7 @@ use crate::chips::Chip;
 use crate::linearity::Linearity;
 use crate::moves::lead::{CutRegion, leads};
 use crate::moves::order::{PassOrderReport, ordered};
-use crate::moves::reached::Reached;
+use crate::moves::reached::{Reached, outer};
 use crate::moves::sequencer::Sequencer;
 use crate::moves::turn::{TurnChain, TurnSearch, TurnSettings, TurnTo};
 use crate::path_error::PathError;
@@ -172,10 +172,12 @@ pub struct MoveSettings {
 /// joined by turns as laid stay together.
 ///
 /// Points at the ends of a piece from which no entry or exit is possible are left out, as is a
-/// piece that would keep fewer than two points.
+/// piece that would keep fewer than two points. Where two pieces cannot be linked, or the first or
+/// last piece cannot be left, points are left out up to the first from which a way leads to the
+/// clearance surface.
 ///
 /// # Errors
-/// When the monitor cancels, or two pieces cannot be linked.
+/// When the monitor cancels, or two pieces cannot be linked from any of their points.
 pub fn operation_moves(
     test: &PoseTest<'_>,
     settings: &MoveSettings,
@@ -202,13 +204,16 @@ pub fn region_moves(
     left_out: &mut Vec<LeftOut>,
     monitor: &dyn Monitor,
 ) -> Result<OperationMoves, PathError> {
-    let leads = leads(&pieces, [&settings.entry, &settings.exit], region, test.cell.tool.cutter().radius());
+    let leads_of = |pieces: &[PassSegment]| {
+        leads(pieces, [&settings.entry, &settings.exit], region, test.cell.tool.cutter().radius())
+    };
+    let all_leads = leads_of(&pieces);
     let reached: Vec<(Option<Reached>, Vec<LeftOut>)> = pieces
         .into_par_iter()
-        .zip(leads)
+        .zip(all_leads)
         .map(|(piece, [entry, exit])| {
             monitor.checkpoint()?;
-            let settings = EndSettings { entry, exit };
+            let settings = EndSettings { entry, exit, way_out: None };
             let result = reach_by(test, &settings, piece);
             monitor.advance(1);
             Ok(result)
@@ -219,33 +224,103 @@ pub fn region_moves(
         left_out.extend(lost);
         pieces.extend(piece);
     }
-    let mut turns = turns(test, settings, &pieces, monitor)?;
-    let mut order = None;
-    if settings.shortest_order {
-        let home = test.cell.machine.home();
-        let start = from.map_or(home, |m| m.axes);
-        let chains = chains(pieces, turns);
-        let (sorted, report) = ordered(test.cell.machine, test.cell.tool, &start, chains, monitor)?;
-        (pieces, turns) = sorted.into_iter().flatten().unzip();
-        order = Some(report);
-    }
-    let before = from
-        .map(|m| Waypoint { cl: m.cl, configuration: configuration_of(test, &m.axes) })
-        .zip(pieces.first().map(Reached::start))
-        .map(|(from, to)| linked(test, settings, &from, &to, "the operation before it"))
-        .transpose()?;
-    let links: Vec<Vec<Waypoint>> = pieces
-        .par_windows(2)
-        .map(|w| {
-            monitor.checkpoint().map_err(PathError::from)?;
-            let ends = format!("pass {} to pass {}", w[0].piece.pass + 1, w[1].piece.pass + 1);
-            let way = linked(test, settings, &w[0].end(), &w[1].start(), &ends)?;
-            monitor.advance(1);
-            Ok(way)
-        })
-        .collect::<Result<_, PathError>>()?;
-    let moves = Sequencer::new(test, settings, from).sequence(pieces, turns, before, links)?;
+    let (turned, order, links) = loop {
+        let turns = turns(test, settings, &pieces, monitor)?;
+        let (turned, order) = in_order(test, settings, from.as_ref(), chains(pieces, turns), monitor)?;
+        let links = Links::find(test, settings, from.as_ref(), &turned, monitor)?;
+        let stuck = links.stuck_ends(test, settings, &turned);
+        if stuck.iter().all(|ends| *ends == [false; 2]) {
+            break (turned, order, links);
+        }
+        pieces = Vec::with_capacity(turned.len());
+        for ((reached, _), ends) in turned.into_iter().zip(stuck) {
+            if ends == [false; 2] {
+                pieces.push(reached);
+                continue;
+            }
+            monitor.checkpoint()?;
+            for [entry, exit] in leads_of(std::slice::from_ref(&reached.piece)) {
+                let settings = EndSettings { entry, exit, way_out: Some(WayOut { of: ends, link: settings.link }) };
+                let (kept, lost) = reach_by(test, &settings, reached.piece.clone());
+                left_out.extend(lost);
+                pieces.extend(kept);
+            }
+        }
+    };
+    let (pieces, turns) = turned.into_iter().unzip();
+    let Links { before, between } = links;
+    let (before, between) = (before.transpose()?, between.into_iter().collect::<Result<_, _>>()?);
+    let moves = Sequencer::new(test, settings, from).sequence(pieces, turns, before, between)?;
     Ok(OperationMoves { order, ..moves })
+}
+
+/// Returns chains of pieces in the order in which they are cut, and a report where the job leaves
+/// it open.
+fn in_order(
+    test: &PoseTest<'_>,
+    settings: &MoveSettings,
+    from: Option<&Move>,
+    chains: Vec<TurnChain>,
+    monitor: &dyn Monitor,
+) -> Result<(TurnChain, Option<PassOrderReport>), PathError> {
+    if !settings.shortest_order {
+        return Ok((chains.into_iter().flatten().collect(), None));
+    }
+    let home = test.cell.machine.home();
+    let start = from.map_or(home, |m| m.axes);
+    let (sorted, report) = ordered(test.cell.machine, test.cell.tool, &start, chains, monitor)?;
+    Ok((sorted.into_iter().flatten().collect(), Some(report)))
+}
+
+/// Links between the pieces of an operation.
+struct Links {
+    /// From the operation before to the first piece; `None` where the program starts.
+    before: Option<Result<Vec<Waypoint>, PathError>>,
+    /// From each piece to the next.
+    between: Vec<Result<Vec<Waypoint>, PathError>>,
+}
+
+impl Links {
+    /// # Errors
+    /// When the monitor cancels.
+    fn find(
+        test: &PoseTest<'_>,
+        settings: &MoveSettings,
+        from: Option<&Move>,
+        pieces: &[(Reached, TurnTo)],
+        monitor: &dyn Monitor,
+    ) -> Result<Self, PathError> {
+        let before = from
+            .map(|m| Waypoint { cl: m.cl, configuration: configuration_of(test, &m.axes) })
+            .zip(pieces.first().map(|(first, _)| first.start()))
+            .map(|(from, to)| linked(test, settings, &from, &to, "the operation before it"));
+        let between = pieces
+            .par_windows(2)
+            .map(|w| {
+                let [(a, _), (b, _)] = w else { unreachable!("windows of two") };
+                monitor.checkpoint()?;
+                let ends = format!("pass {} to pass {}", a.piece.pass + 1, b.piece.pass + 1);
+                let way = linked(test, settings, &a.end(), &b.start(), &ends);
+                monitor.advance(1);
+                Ok(way)
+            })
+            .collect::<Result<_, facemill_cl_data::Cancelled>>()?;
+        Ok(Self { before, between })
+    }
+
+    /// Returns for each piece whether its entry and its exit are where no link leads to, and no way
+    /// leads to the clearance surface either: they have to be elsewhere.
+    fn stuck_ends(&self, test: &PoseTest<'_>, settings: &MoveSettings, pieces: &[(Reached, TurnTo)]) -> Vec<[bool; 2]> {
+        let last = pieces.len().saturating_sub(1);
+        let no_link = |to: usize| self.between[to - 1].is_err();
+        let no_way = |at: Waypoint| Linker::new(test, &settings.link).way_out(&at).is_err();
+        let is_stuck = |(k, (reached, _)): (usize, &(Reached, TurnTo))| {
+            let needs_entry = if k == 0 { self.before.as_ref().is_none_or(Result::is_err) } else { no_link(k) };
+            let needs_exit = k == last || no_link(k + 1);
+            [needs_entry && no_way(reached.start()), needs_exit && no_way(reached.end())]
+        };
+        pieces.par_iter().enumerate().map(is_stuck).collect()
+    }
 }
 
 /// Returns the turn to each piece from the one before, or the reason why there is none; `None`
@@ -308,26 +383,48 @@ pub fn blocked_way(test: &PoseTest<'_>, what: &str, blocked: &LinkBlocked) -> Pa
 struct EndSettings {
     entry: ApproachSettings,
     exit: ApproachSettings,
+    /// Ends from which a way has to lead to the clearance surface.
+    way_out: Option<WayOut>,
+}
+
+/// Whether a way has to lead from entry and exit to the clearance surface.
+struct WayOut {
+    of: [bool; 2],
+    link: LinkSettings,
+}
+
+impl WayOut {
+    /// # Errors
+    /// The reason why no way leads from an end to the clearance surface, where one has to.
+    fn check(&self, test: &PoseTest<'_>, end: PassEnd, way: &Approach) -> Result<(), String> {
+        if !self.of[usize::from(end == PassEnd::Exit)] {
+            return Ok(());
+        }
+        let blocked = Linker::new(test, &self.link).way_out(&outer(way)).err();
+        blocked.map_or(Ok(()), |b| Err(format!("no way to the clearance surface: {}", test.describe(&b.why))))
+    }
 }
 
 /// Returns entry and exit of a piece, shortened until both exist.
 pub fn reach(test: &PoseTest<'_>, settings: &MoveSettings, piece: PassSegment) -> (Option<Reached>, Vec<LeftOut>) {
-    reach_by(test, &EndSettings { entry: settings.entry, exit: settings.exit }, piece)
+    reach_by(test, &EndSettings { entry: settings.entry, exit: settings.exit, way_out: None }, piece)
 }
 
 fn reach_by(test: &PoseTest<'_>, settings: &EndSettings, mut piece: PassSegment) -> (Option<Reached>, Vec<LeftOut>) {
     let mut hints = Hints::default();
     let mut lost = Vec::new();
     let mut at_end = |piece: &PassSegment, end: PassEnd| {
-        let (settings, cut) = match end {
+        let (shape, cut) = match end {
             PassEnd::Entry => (&settings.entry, piece.cuts.first()),
             PassEnd::Exit => (&settings.exit, piece.cuts.last()),
         };
         cut.map(|cut| {
             let FeasibleEnd { cl, configuration } = FeasibleEnd::of(cut);
             let at = PassEndPose { end, cc: &cut.cc, cl, configuration, uncut_left: piece.uncut_left };
-            let way = approach(test, settings, &at, &mut hints)?;
-            on_winding(test, cut, &way).map(|()| way)
+            let way = approach(test, shape, &at, &mut hints).map_err(|why| test.describe(&why))?;
+            on_winding(test, cut, &way).map_err(|why| test.describe(&why))?;
+            settings.way_out.as_ref().map_or(Ok(()), |needed| needed.check(test, end, &way))?;
+            Ok::<Approach, String>(way)
         })
     };
     let lose = |cut: Cut, end: PassEnd, why: String, lost: &mut Vec<LeftOut>| {
@@ -346,7 +443,7 @@ fn reach_by(test: &PoseTest<'_>, settings: &EndSettings, mut piece: PassSegment)
                 Some(Err(why)) => {
                     let cut = if end == PassEnd::Entry { Some(piece.cuts.remove(0)) } else { piece.cuts.pop() };
                     if let Some(cut) = cut {
-                        lose(cut, end, test.describe(&why), &mut lost);
+                        lose(cut, end, why, &mut lost);
                     }
                 }
                 None => return (None, lost),

@@ -27,7 +27,8 @@ impl Reached {
     }
 }
 
-fn outer(approach: &Approach) -> Waypoint {
+/// Returns the pose of an approach that is farthest from its pass.
+pub(crate) fn outer(approach: &Approach) -> Waypoint {
     let cl = *approach.outward.last().expect("an approach has at least the poses of its arc");
     Waypoint { cl, configuration: approach.outer }
 }

@@ -300,3 +300,50 @@ fn every_move_is_driven_where_it_was_tested_and_a_branch_changes_above_the_clear
     let one = operation_moves(&test, &settings, pieces([Branch::Negative; 4]), None, &mut left_out, &Silent).unwrap();
     assert!(one.pieces.iter().flat_map(|p| &p.moves).chain(&one.retract).all(|m| on(m) == Branch::Negative));
 }
+
+/// The plane z = 0 with lips 40 mm above it at both sides of a slot for x < 60: the body passes
+/// between them, the cutter below does not.
+fn undercut_slot() -> TriMesh {
+    let lip = |y: f64| {
+        let shape = AnalyticShape::Plane { size: [360.0, 60.0] };
+        let top = AnalyticPart::new(shape).unwrap().mesh(8).unwrap();
+        let under = top.transformed(&Isometry3::rotation(Vector3::new(std::f64::consts::PI, 0.0, 0.0)));
+        let at = |z: f64| Isometry3::translation(-120.0, y, z);
+        top.transformed(&at(44.0)).joined(&under.transformed(&at(40.0)))
+    };
+    plane_with_bump(Point3::new(250.0, 250.0, 0.0), 0.0).joined(&lip(-54.0)).joined(&lip(54.0))
+}
+
+/// A pass that begins under lips has no way up from there: it is cut from where one leads up.
+#[test]
+fn passes_begin_and_end_where_a_way_leads_out() {
+    let (machine, tool) = (Machine::head_b_table_c().unwrap(), tool());
+    let tree = MeshTree::new(&undercut_slot());
+    let cell = cell(&machine, &tool, &tree);
+    let test = PoseTest::new(&cell);
+    let settings = move_settings();
+    let n = 24;
+    let piece = |reversed: bool| {
+        let mut cuts: Vec<Cut> =
+            (0..n).map(|k| cut(&test, -60.0 + 10.0 * f64::from(k), 0.0, Branch::Positive)).collect();
+        if reversed {
+            cuts.reverse();
+        }
+        PassSegment { copy: 0, pass: usize::from(reversed), cuts, uncut_left: true, curve: curve(), part: None }
+    };
+    for reversed in [false, true] {
+        let mut left_out = vec![];
+        let done = operation_moves(&test, &settings, vec![piece(reversed)], None, &mut left_out, &Silent).unwrap();
+        let kept: Vec<f64> = done.pieces[0].piece.cuts.iter().map(|cut| cut.cc.position.x).collect();
+        assert_eq!(kept.len() + left_out.len(), n as usize);
+        // The rim is under the lips until its rear, 25 mm behind the axis, is beyond x = 60.
+        assert!(kept.iter().all(|x| *x > 60.0) && kept.len() > 5, "{kept:?}");
+        let what = if reversed { "no exit" } else { "no entry" };
+        for lost in &left_out {
+            assert!(lost.reason.starts_with(&format!("{what}: no way to the clearance surface: ")), "{}", lost.reason);
+        }
+        for m in done.pieces.iter().flat_map(|piece| &piece.moves).chain(&done.retract) {
+            assert!(test.gouge(&m.cl, &mut Hints::default()).is_none());
+        }
+    }
+}
