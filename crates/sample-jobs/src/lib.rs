@@ -19,6 +19,7 @@
 //! | `new_propeller` | propellers of a series or a table, one side up |
 //! | `new_dual` | a propeller on a mill with two heads |
 //! | `new_cast` | both sides of a propeller from its casting |
+//! | `new_whole` | a whole propeller from its casting, with three tools |
 //! | `new_blade` | blades from files of others, and rotor 37 |
 //! | `new_job` | sample jobs by their descriptions |
 //!
@@ -30,6 +31,7 @@ mod new_cast;
 mod new_dual;
 mod new_job;
 mod new_propeller;
+mod new_whole;
 mod propeller_mesh;
 
 pub use crate::job_parts::{ROTOR_SCALES, ReadFile, round_to};

@@ -4,6 +4,7 @@ use facemill_sample_parts::{
     BladeResolution, Bore, CastingAllowance, PropellerSeries, PropellerSpec, RootFillet, SolidForm, casting,
     chord_error, propeller_solid,
 };
+use facemill_surface_model::TriMesh;
 use serde_json::{Value, json};
 
 use crate::job_parts::{JobFiles, cutter_radius, job_file, operation, round_to, tool_file};
@@ -42,46 +43,74 @@ const FACE_MILL: [f64; 2] = [0.54, 0.994];
 /// # Errors
 /// If the diameter is out of range.
 pub(crate) fn cast_propeller_job(diameter: f64) -> Result<JobFiles, String> {
-    let [least, most] = DIAMETERS;
-    if !(least..=most).contains(&diameter) {
-        return Err(format!("diameter of a cast propeller must be from {least} to {most} mm, is {diameter}"));
-    }
-    let spec = PropellerSpec::new(PropellerSeries::Dtmb4119, diameter).map_err(|e| e.to_string())?;
-    let resolution = BladeResolution::new(QUADS[0], QUADS[1]).map_err(|e| e.to_string())?;
-    let form = SolidForm {
-        fillet: RootFillet::constant(FILLET * diameter).map_err(|e| e.to_string())?,
-        bore: Some(Bore::cylinder(BORE * spec.hub_radius()).map_err(|e| e.to_string())?),
-    };
-    let chord = chord_error(&spec, resolution).sides;
-    let part = propeller_solid(&spec, &form, resolution, chord).map_err(|e| e.to_string())?;
-    let allowance = CastingAllowance::new(CASTING[0], CASTING[1]).map_err(|e| e.to_string())?;
-    let cast = casting(&part, allowance, CASTING_CELL).map_err(|e| e.to_string())?;
-    let sample = Sample { spec: &spec, radius: cutter_radius(0.02625 * diameter), from: allowance.largest(), chord };
-    let bounds = part.aabb();
-    let setups = json!([sample.setup("suction", 0.0, bounds.max.z), sample.setup("pressure", 180.0, -bounds.min.z),]);
-    let mut operations = Vec::new();
-    for side in ["suction", "pressure"] {
-        let finish = sample.finish(side);
-        operations.push(sample.layers(&finish));
-        operations.push(finish);
-    }
+    let cast = CastPropeller::new(diameter)?;
+    let sample = Sample::of(&cast);
     let from = FACE_MILL[0] * 0.5 * diameter;
     let name = format!("DTMB 4119, D {diameter} mm, both sides from the casting, from r {from:.0} mm outward");
     let mut job = job_file(&name, Value::Null, Value::Null);
-    job["setups"] = setups;
-    job["operations"] = json!(operations);
-    let file = |value: &Value| facemill_file_format::to_json(value).into_bytes();
-    Ok(vec![
-        ("propeller.glb".to_owned(), grouped_glb(&part)?),
-        ("casting.glb".to_owned(), grouped_glb(&cast)?),
-        ("job.json".to_owned(), file(&job)),
-        ("tool.json".to_owned(), file(&sample.face_mill())),
-        ("machine.json".to_owned(), facemill_inverse_kinematics::preset_head_b_table_c().as_bytes().to_vec()),
-    ])
+    job["setups"] = SIDES.iter().map(|side| sample.setup(side)).collect();
+    job["operations"] = SIDES.iter().flat_map(|side| sample.face_milling(side)).collect();
+    cast.files(&job, &[("tool.json", sample.face_mill())])
+}
+
+/// Sides of a blade, in the order in which they are machined.
+pub(crate) const SIDES: [&str; 2] = ["suction", "pressure"];
+
+/// A propeller and its casting.
+pub(crate) struct CastPropeller {
+    spec: PropellerSpec,
+    /// The propeller as one solid.
+    part: TriMesh,
+    /// The casting.
+    cast: TriMesh,
+    /// Chord error of the blades' sides, mm.
+    chord: f64,
+    /// Largest material on the casting, mm.
+    from: f64,
+}
+
+impl CastPropeller {
+    /// # Errors
+    /// If the diameter is out of range.
+    pub(crate) fn new(diameter: f64) -> Result<Self, String> {
+        let [least, most] = DIAMETERS;
+        if !(least..=most).contains(&diameter) {
+            return Err(format!("diameter of a cast propeller must be from {least} to {most} mm, is {diameter}"));
+        }
+        let spec = PropellerSpec::new(PropellerSeries::Dtmb4119, diameter).map_err(|e| e.to_string())?;
+        let resolution = BladeResolution::new(QUADS[0], QUADS[1]).map_err(|e| e.to_string())?;
+        let form = SolidForm {
+            fillet: RootFillet::constant(FILLET * diameter).map_err(|e| e.to_string())?,
+            bore: Some(Bore::cylinder(BORE * spec.hub_radius()).map_err(|e| e.to_string())?),
+        };
+        let chord = chord_error(&spec, resolution).sides;
+        let part = propeller_solid(&spec, &form, resolution, chord).map_err(|e| e.to_string())?;
+        let allowance = CastingAllowance::new(CASTING[0], CASTING[1]).map_err(|e| e.to_string())?;
+        let cast = casting(&part, allowance, CASTING_CELL).map_err(|e| e.to_string())?;
+        Ok(Self { spec, part, cast, chord, from: allowance.largest() })
+    }
+
+    /// Returns the files of a job with its tools.
+    ///
+    /// # Errors
+    /// If a mesh is too large for a file.
+    pub(crate) fn files(&self, job: &Value, tools: &[(&str, Value)]) -> Result<JobFiles, String> {
+        let file = |value: &Value| facemill_file_format::to_json(value).into_bytes();
+        let mut files = vec![
+            ("propeller.glb".to_owned(), grouped_glb(&self.part)?),
+            ("casting.glb".to_owned(), grouped_glb(&self.cast)?),
+            ("job.json".to_owned(), file(job)),
+        ];
+        files.extend(tools.iter().map(|(name, tool)| ((*name).to_owned(), file(tool))));
+        let machine = facemill_inverse_kinematics::preset_head_b_table_c();
+        files.push(("machine.json".to_owned(), machine.as_bytes().to_vec()));
+        Ok(files)
+    }
 }
 
 /// Measures that the pieces of the job share.
-struct Sample<'a> {
+pub(crate) struct Sample<'a> {
+    cast: &'a CastPropeller,
     spec: &'a PropellerSpec,
     /// Radius of the face mill, mm.
     radius: f64,
@@ -91,9 +120,27 @@ struct Sample<'a> {
     chord: f64,
 }
 
-impl Sample<'_> {
-    /// Returns the setup in which a side faces up, up to a height.
-    fn setup(&self, side: &str, turn_deg: f64, top: f64) -> Value {
+impl<'a> Sample<'a> {
+    pub(crate) fn of(cast: &'a CastPropeller) -> Self {
+        let radius = cutter_radius(0.02625 * cast.spec.diameter());
+        Self { cast, spec: &cast.spec, radius, from: cast.from, chord: cast.chord }
+    }
+
+    /// Returns the radius of the propeller, mm.
+    pub(crate) fn tip(&self) -> f64 {
+        0.5 * self.spec.diameter()
+    }
+
+    /// Returns the layers and the finish of one side of the blades with the face mill.
+    pub(crate) fn face_milling(&self, side: &str) -> [Value; 2] {
+        let finish = self.finish(side);
+        [self.layers(&finish), finish]
+    }
+
+    /// Returns the setup in which a side faces up.
+    pub(crate) fn setup(&self, side: &str) -> Value {
+        let bounds = self.cast.part.aabb();
+        let (turn_deg, top) = if side == SIDES[0] { (0.0, bounds.max.z) } else { (180.0, -bounds.min.z) };
         let mesh = |group: &str, role: &str| json!({ "file": "propeller.glb", "groups": [group], "role": role, "unit": "metre", "up_axis": "y" });
         json!({
             "name": format!("{side} side up"),
@@ -109,7 +156,7 @@ impl Sample<'_> {
 
     /// Returns the finish of one side of the blades.
     fn finish(&self, side: &str) -> Value {
-        let tip = 0.5 * self.spec.diameter();
+        let tip = self.tip();
         let strategy = json!({
             "cylindrical_sections": {
                 "axis_direction": [0.0, 0.0, 1.0],
@@ -137,33 +184,44 @@ impl Sample<'_> {
         finish
     }
 
-    /// Returns the layers before a finish.
+    /// Returns the layers before a finish with the face mill.
     fn layers(&self, finish: &Value) -> Value {
-        let mut rough = finish.clone();
+        let mut rough = self.layered(finish);
         rough["name"] = json!(rough["name"].as_str().unwrap_or_default().replace("finish", "rough"));
-        rough["allowance_mm"] = json!(LEFT);
-        rough["layers"] = json!({ "from_mm": self.from, "depth_mm": DEPTH });
         // The casting beside an edge goes with the passes that run on beyond it.
         rough["path"]["strategy"]["region"] = json!({ "extend_mm": round_to(2.0 * self.from, 1) });
         rough["search"]["mode"] = json!("smallest");
         rough["search"]["tilt_deg"] = json!([4.0, 15.0]);
-        let tolerances = &mut rough["tolerances"];
-        tolerances["cusp_mm"] = json!(0.3);
-        tolerances["max_step_over_mm"] = json!(round_to(0.36 * self.radius, 1));
-        tolerances["max_step_mm"] = json!(4.0);
-        tolerances["path_chord_mm"] = json!(0.1);
-        tolerances["linearisation_mm"] = json!(0.05);
+        rough["tolerances"]["max_step_over_mm"] = json!(round_to(0.36 * self.radius, 1));
         for end in ["entry", "exit"] {
             // As far beyond the edge that the cutter is beside the casting.
             let line = &mut rough[end]["tangential_arc"]["straight_mm"];
             *line = json!(round_to(2.0 * line.as_f64().unwrap_or_default(), 1));
         }
+        rough
+    }
+
+    /// Returns an operation with the region and tool of a finish, in layers and with coarse steps.
+    pub(crate) fn layered(&self, finish: &Value) -> Value {
+        let mut rough = finish.clone();
+        rough["allowance_mm"] = json!(LEFT);
+        rough["layers"] = json!({ "from_mm": self.from, "depth_mm": DEPTH });
+        let tolerances = &mut rough["tolerances"];
+        tolerances["cusp_mm"] = json!(0.3);
+        tolerances["max_step_mm"] = json!(4.0);
+        tolerances["path_chord_mm"] = json!(0.1);
+        tolerances["linearisation_mm"] = json!(0.05);
         rough["feeds"]["removal_rate"] = json!({ "target_cm3_min": 60.0, "min_mm_min": 200.0 });
         rough
     }
 
+    /// Returns the largest material on the casting, mm.
+    pub(crate) fn from(&self) -> f64 {
+        self.from
+    }
+
     /// Returns a face mill whose flute is longer than the casting's material is high.
-    fn face_mill(&self) -> Value {
+    pub(crate) fn face_mill(&self) -> Value {
         let mut tool = tool_file(self.radius, (4.0 * self.radius).max(180.0));
         let flute = (1.3 * self.from).ceil();
         let more = flute - tool["flute_length_mm"].as_f64().unwrap_or_default();

@@ -14,6 +14,7 @@ use crate::new_blade::{blade_job, groups_obj};
 use crate::new_cast::cast_propeller_job;
 use crate::new_dual::dual_propeller_job;
 use crate::new_propeller::{propeller_job, table_job};
+use crate::new_whole::whole_propeller_job;
 
 /// A sample job.
 #[derive(Clone, Debug, PartialEq)]
@@ -40,6 +41,11 @@ pub enum NewJob {
     },
     /// DTMB 4119 from its casting, each side of its blades in a setup of its own.
     CastPropeller {
+        /// Its diameter, mm.
+        diameter_mm: f64,
+    },
+    /// DTMB 4119 from its casting with three tools, hub, fillets and edges included.
+    WholePropeller {
         /// Its diameter, mm.
         diameter_mm: f64,
     },
@@ -94,6 +100,7 @@ pub fn new_job(job: &NewJob, read: ReadFile<'_>) -> Result<Vec<(String, Vec<u8>)
         NewJob::OwnPropeller { ref table, diameter_mm } => table_job(table, diameter_mm, read),
         NewJob::DualPropeller { diameter_mm } => dual_propeller_job(diameter_mm),
         NewJob::CastPropeller { diameter_mm } => cast_propeller_job(diameter_mm),
+        NewJob::WholePropeller { diameter_mm } => whole_propeller_job(diameter_mm),
         NewJob::Patch { size_mm } => patch_job(size_mm),
         NewJob::Rotor37 { scale } => rotor37_job(scale),
         NewJob::Blade { ref from, scale } => blade_job(from, scale, read),

@@ -65,6 +65,14 @@ pub(crate) enum NewPart {
         #[arg(long, value_name = "MM", default_value_t = 1000.0, allow_negative_numbers = true, value_parser = above_zero)]
         diameter_mm: f64,
     },
+    /// A marine propeller from its casting with three tools: sides, roots, hub, fillets, edges
+    PropellerWhole {
+        /// Folder to write to; it must be empty or not exist
+        dir: PathBuf,
+        /// Diameter
+        #[arg(long, value_name = "MM", default_value_t = 1000.0, allow_negative_numbers = true, value_parser = above_zero)]
+        diameter_mm: f64,
+    },
     /// A wavy sculptured patch
     Patch {
         /// Folder to write to; it must be empty or not exist
@@ -136,6 +144,7 @@ pub(crate) fn run(arguments: NewArguments) -> Result<ExitCode, Failure> {
         }
         NewPart::PropellerDual { dir, diameter_mm } => (dir, NewJob::DualPropeller { diameter_mm }),
         NewPart::PropellerCast { dir, diameter_mm } => (dir, NewJob::CastPropeller { diameter_mm }),
+        NewPart::PropellerWhole { dir, diameter_mm } => (dir, NewJob::WholePropeller { diameter_mm }),
         NewPart::Patch { dir, size_mm } => (dir, NewJob::Patch { size_mm }),
         NewPart::Rotor37 { dir, scale } => (dir, NewJob::Rotor37 { scale }),
         NewPart::Blade { dir, from, scale } => (dir, NewJob::Blade { from, scale }),

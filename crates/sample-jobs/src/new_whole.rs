@@ -1,0 +1,263 @@
+//! The sample job of a whole propeller: sides, roots, hub, fillets and edges, from the casting.
+
+use serde_json::{Value, json};
+
+use crate::job_parts::{JobFiles, job_file, round_to};
+use crate::new_cast::{CastPropeller, SIDES, Sample};
+
+/// Diameters for which the bull nose and ball nose mills reach the root, mm.
+const DIAMETERS: [f64; 2] = [900.0, 1100.0];
+
+/// Radii between which the bull nose mill cuts the sides, over that of the tip.
+const ROOT: [f64; 2] = [0.242, 0.548];
+
+/// Radii between which the ball nose mill cuts the edges, over that of the tip.
+const EDGES: [f64; 2] = [0.26, 0.994];
+
+/// Angle of the middle between two blades on the hub, at half of its height, from the blade that
+/// bounds it in front, deg.
+const MIDDLE: f64 = -60.0;
+
+/// Slope of the space between two blades on the hub: tangent of the angle between it and the
+/// propeller's axis.
+const SLOPE: f64 = 0.346;
+
+/// Passes on the hub between two blades: from short of the middle to the fillet, over the radius of
+/// the tip.
+const HUB: [f64; 2] = [-0.016, 0.088];
+
+/// Direction of the ball nose mill's axis in the fillet of a blade along +x: between blade and
+/// hub, and away from the neighbour.
+const FILLET_AXIS: [f64; 3] = [0.7, -0.5, 0.5];
+
+/// Height of the work above the table, over the diameter: with the tool level, the head passes
+/// above the table.
+const ABOVE_TABLE: f64 = 0.4;
+
+/// Returns the files of a job for a casting of DTMB 4119 with three tools: on each side, in a setup
+/// of its own, the face mill cuts the sides outward of their roots, a bull nose mill the roots and
+/// half of the hub between the blades, and a ball nose mill fillets and edges.
+///
+/// # Errors
+/// If the diameter is out of range.
+pub(crate) fn whole_propeller_job(diameter: f64) -> Result<JobFiles, String> {
+    let [least, most] = DIAMETERS;
+    if !(least..=most).contains(&diameter) {
+        return Err(format!("diameter of a whole propeller must be from {least} to {most} mm, is {diameter}"));
+    }
+    let cast = CastPropeller::new(diameter)?;
+    let sample = Sample::of(&cast);
+    let name = format!("DTMB 4119, D {diameter} mm, whole, from the casting");
+    let mut job = job_file(&name, Value::Null, Value::Null);
+    if let Some(fields) = job.as_object_mut() {
+        fields.remove("tool");
+    }
+    job["tools"] = json!({ FACE: "tool.json", BULL: "tool-2.json", BALL: "tool-3.json" });
+    job["setups"] = SIDES.iter().map(|side| setup(&sample, side)).collect();
+    job["operations"] = SIDES.iter().flat_map(|side| Side { sample: &sample, side }.operations()).collect();
+    let tools = [("tool.json", sample.face_mill()), ("tool-2.json", bull_nose()), ("tool-3.json", ball_nose())];
+    cast.files(&job, &tools)
+}
+
+/// Names of the tools.
+const FACE: &str = "face mill";
+const BULL: &str = "bull nose";
+const BALL: &str = "ball nose";
+
+fn setup(sample: &Sample<'_>, side: &str) -> Value {
+    let mut setup = sample.setup(side);
+    let mut groups: Vec<String> =
+        ["", "-leading-edge", "-trailing-edge", "-fillet"].map(|part| format!("blade-1/{side}{part}")).into();
+    groups.push("hub/cylinder".to_owned());
+    setup["meshes"][0]["groups"] = json!(groups);
+    setup["table_from_work"]["translation_mm"][2] = json!(round_to(ABOVE_TABLE * 2.0 * sample.tip(), 0));
+    // Tools between the blades point away from the axis: along them, they come out there.
+    setup["clearance"] = json!({ "cylinder": { "radius_mm": round_to(1.06 * sample.tip(), 0) } });
+    setup
+}
+
+/// One side of the blades.
+struct Side<'a> {
+    sample: &'a Sample<'a>,
+    /// Its name.
+    side: &'a str,
+}
+
+impl Side<'_> {
+    /// Returns all operations, in the order in which they are cut.
+    fn operations(&self) -> Vec<Value> {
+        let [mut layers, mut finish] = self.sample.face_milling(self.side);
+        for operation in [&mut layers, &mut finish] {
+            operation["tool"] = json!(FACE);
+            operation["path"]["strategy"]["region"]["groups"] = json!([format!("blade-1/{}", self.side)]);
+        }
+        let (root, hub) = (self.root(&finish), self.hub(&finish));
+        let fine = [self.fillet(&finish), self.edge(&finish, "leading edge"), self.edge(&finish, "trailing edge")];
+        let mut all = vec![layers, finish];
+        for (operation, name, beyond) in [(root, "root", 2.0 * self.sample.from()), (hub, "hub", 0.0)] {
+            all.push(self.rough(&operation, name, beyond));
+            all.push(operation);
+        }
+        all.extend(fine);
+        all
+    }
+
+    /// Returns an operation with a bull nose or ball nose mill.
+    fn operation(&self, finish: &Value, name: &str, strategy: &Value, groups: &[String]) -> Value {
+        let mut operation = finish.clone();
+        operation["name"] = json!(format!("{} {name}", self.side));
+        operation["tool"] = json!(BALL);
+        operation["path"] = json!({
+            "strategy": { "strategy": strategy, "region": { "groups": groups }, "min_pass_length_mm": 8.0 },
+        });
+        operation["search"]["tilt_deg"] = json!([20.0, 75.0]);
+        operation["search"]["rotate_deg"] = json!([50.0, 90.0]);
+        operation["search"]["mode"] = json!("smallest");
+        operation["search"]["max_turn_deg_per_mm"] = json!(0.3);
+        operation["tolerances"]["max_step_over_mm"] = json!(10.0);
+        operation["feeds"] = json!({
+            "cutting_mm_min": 1500.0, "approach_mm_min": 2000.0, "spindle_rpm": 2500.0, "coolant": "flood",
+        });
+        operation["infeasible"]["trim"]["max_trimmed_fraction"] = json!(0.02);
+        operation
+    }
+
+    /// Returns the finish of the side between fillet and face mill. Passes climb and lean outward:
+    /// so the tool neither plunges nor meets the neighbouring blade.
+    fn root(&self, finish: &Value) -> Value {
+        let tip = self.sample.tip();
+        let [from, to] = ROOT.map(|radius| round_to(radius * tip, 1));
+        let strategy = json!({
+            "cylindrical_sections": { "axis_direction": [0.0, 0.0, 1.0], "from_radius_mm": from, "to_radius_mm": to },
+        });
+        let mut root = self.operation(finish, "root finish", &strategy, &[format!("blade-1/{}", self.side)]);
+        root["tool"] = json!(BULL);
+        root["path"]["strategy"]["edge_fill"] = json!(false);
+        root["path"]["strategy"]["region"]["extend_mm"] = json!(4.0);
+        with_ends(root, 400.0, 5.0, 40.0)
+    }
+
+    /// Returns the finish of the hub between the blades, from its middle to the fillet of this side.
+    fn hub(&self, finish: &Value) -> Value {
+        let (sin, cos) = MIDDLE.to_radians().sin_cos();
+        let across = 1.0 / SLOPE.hypot(1.0);
+        let normal = [-sin * across, cos * across, -SLOPE * across].map(|c| round_to(c, 4));
+        let [from, to] = HUB.map(|level| round_to(level * self.sample.tip(), 1));
+        let strategy = json!({ "parallel_planes": { "normal": normal, "from_mm": from, "to_mm": to } });
+        let mut hub = self.operation(finish, "hub finish", &strategy, &["hub/cylinder".to_owned()]);
+        hub["tool"] = json!(BULL);
+        hub["path"]["strategy"]["edge_fill"] = json!(false);
+        hub["path"]["strategy"]["min_pass_length_mm"] = json!(10.0);
+        hub["path"]["strategy"]["region"]["normal_cone"] =
+            json!({ "axis": [round_to(cos, 4), round_to(sin, 4), 0.0], "half_angle_deg": 75.0 });
+        hub["search"]["tilt_deg"] = json!([12.0, 40.0]);
+        hub["search"]["rotate_deg"] = json!([0.0, 20.0]);
+        with_ends(hub, 200.0, 8.0, 20.0)
+    }
+
+    /// Returns the finish of the fillet without the rounding at its ends.
+    fn fillet(&self, finish: &Value) -> Value {
+        let tip = self.sample.tip();
+        let strategy = json!({ "constant_scallop": { "seed": { "group_border": "hub/cylinder" } } });
+        let mut fillet = self.operation(finish, "fillet", &strategy, &[format!("blade-1/{}-fillet", self.side)]);
+        let wide = round_to(0.4 * tip, 0);
+        fillet["path"]["strategy"]["region"]["box"] = json!({
+            "min_mm": [-wide, -wide, round_to(-0.25 * tip, 0)], "max_mm": [wide, wide, round_to(0.26 * tip, 0)],
+        });
+        let mut point = FILLET_AXIS.map(|c| 3.0 * tip * c);
+        point[0] += 0.2 * tip;
+        fillet["search"]["mode"] = json!({ "toward": { "point": { "position_mm": point.map(|c| round_to(c, 1)) } } });
+        with_ends(fillet, 25.0, 45.0, 0.0)
+    }
+
+    /// Returns the finish of this side's half of an edge.
+    fn edge(&self, finish: &Value, edge: &str) -> Value {
+        let [from, to] = EDGES.map(|radius| round_to(radius * self.sample.tip(), 1));
+        let strategy = json!({
+            "constant_scallop": {
+                "seed": { "group_border": format!("blade-1/{}", self.side) },
+                "within": {
+                    "cylindrical_sections": {
+                        "axis_direction": [0.0, 0.0, 1.0], "from_radius_mm": from, "to_radius_mm": to,
+                    },
+                },
+            },
+        });
+        let group = format!("blade-1/{}-{}", self.side, edge.replace(' ', "-"));
+        let mut operation = self.operation(finish, edge, &strategy, &[group]);
+        operation["path"]["strategy"]["min_pass_length_mm"] = json!(20.0);
+        operation["search"]["tilt_deg"] = json!([10.0, 75.0]);
+        operation["search"]["rotate_deg"] = json!([0.0, 90.0]);
+        operation["search"]["max_turn_deg_per_mm"] = json!(1.0);
+        with_ends(operation, 40.0, 30.0, 28.0)
+    }
+
+    /// Returns the one layer before a finish, with passes so far beyond the region's border.
+    fn rough(&self, finish: &Value, name: &str, beyond: f64) -> Value {
+        let mut rough = self.sample.layered(finish);
+        rough["name"] = json!(format!("{} {name} rough", self.side));
+        rough["layers"]["depth_mm"] = json!(self.sample.from());
+        rough["path"]["strategy"]["region"]["extend_mm"] = json!(round_to(beyond, 1));
+        rough
+    }
+}
+
+/// Returns an operation with a tangential arc and a straight line at both ends of passes.
+fn with_ends(mut operation: Value, radius: f64, angle_deg: f64, straight: f64) -> Value {
+    for end in ["entry", "exit"] {
+        operation[end] = json!({
+            "tangential_arc": { "radius_mm": radius, "angle_deg": angle_deg, "straight_mm": straight },
+        });
+    }
+    operation
+}
+
+/// Returns a bull nose mill that reaches the root.
+fn bull_nose() -> Value {
+    let mut tool = long_mill("bull nose D32 r8", 2, (16.0, 8.0), (24.0, 190.0), [29.0, 29.0]);
+    tool["n_inserts"] = json!(3);
+    tool["dead_core_radius_mm"] = json!(6.0);
+    tool
+}
+
+/// Returns a ball nose mill that reaches the fillets, and cuts to its centre.
+fn ball_nose() -> Value {
+    let mut tool = long_mill("ball nose D20", 3, (10.0, 10.0), (30.0, 170.0), [18.0, 29.0]);
+    tool["max_ramp_angle_deg"] = json!(30.0);
+    tool
+}
+
+/// Returns a mill of two inserts with radius and corner radius, length of flute and neck, and the
+/// neck's diameters, in a slim holder.
+fn long_mill(
+    name: &str,
+    number: u32,
+    (radius, corner): (f64, f64),
+    (flute, neck): (f64, f64),
+    [low, high]: [f64; 2],
+) -> Value {
+    let stick_out = flute + neck;
+    let gauge = 434.0;
+    json!({
+        "format": facemill_tool_model::FORMAT,
+        "name": name,
+        "number": number,
+        "radius_mm": radius,
+        "corner_radius_mm": corner,
+        "n_inserts": 2,
+        "flute_length_mm": flute,
+        "dead_core_radius_mm": 0.0,
+        "max_ramp_angle_deg": 5.0,
+        "spindle_rotation": "clockwise",
+        "stick_out_mm": stick_out,
+        "gauge_length_mm": gauge,
+        "body": {
+            "clearance_mm": 0.5,
+            "sections": [{ "length_mm": neck, "diameter_low_mm": low, "diameter_high_mm": high }],
+        },
+        "holder": {
+            "clearance_mm": 2.0,
+            "sections": [{ "length_mm": gauge - stick_out, "diameter_low_mm": 44.0, "diameter_high_mm": 60.0 }],
+        },
+    })
+}
