@@ -1,12 +1,16 @@
 //! The dialects that come with the crate, and what makes a dialect file one that can be written
 //! with.
 
+pub(crate) mod beside_rule;
 pub(crate) mod file;
 pub(crate) mod post_file;
 pub(crate) mod post_law;
 pub(crate) mod post_vectors;
 pub(crate) mod word_rule;
 
+pub use crate::dialect::beside_rule::{
+    SubprogramPart, SubprogramPlace, SubprogramRule, SubprogramRules, SubprogramsFile, TableForm,
+};
 pub use crate::dialect::file::{
     BlendingRule, CommentRule, ControlMotion, CornerRule, CuttingRule, DIALECT_FORMAT, Decimals, DialectFile, FeedRule,
     LimitedBy, LineRule, MotionRule, NumberRule, Numbering, ProgramRule, RapidRule, RotaryBlocks, RtcpLaw, RtcpRapids,
@@ -217,6 +221,7 @@ impl DialectFile {
                 w.work_offsets.iter().flat_map(|o| o.lines.iter().chain([&o.word])).collect(),
                 &["n"],
             ),
+            ("subprograms", self.subprograms.texts().collect(), &["number", "padded", "id", "lower_id", "name"]),
             ("words.length", w.length.before.iter().chain([&w.length.code, &w.length.end]).collect(), &["register"]),
         ];
         if let Some(s) = &w.spindles {
