@@ -270,6 +270,21 @@ pub(crate) fn fill(text: &str, values: &[(&str, &str)]) -> String {
     values.iter().fold(text.to_owned(), |text, (name, value)| text.replace(&format!("{{{name}}}"), value))
 }
 
+impl SubprogramRule {
+    /// Returns the rule with these values in place of the placeholders.
+    #[must_use]
+    pub fn filled(&self, values: &[(&str, &str)]) -> Self {
+        let fill = |text: &String| fill(text, values);
+        Self {
+            call: fill(&self.call),
+            begin: self.begin.iter().map(fill).collect(),
+            end: self.end.iter().map(fill).collect(),
+            file: fill(&self.file),
+            ..*self
+        }
+    }
+}
+
 /// A name in braces that is none of these.
 fn unknown_placeholder<'a>(text: &'a str, names: &[&str]) -> Option<&'a str> {
     let parts = text.split('{').skip(1).map(|part| part.split('}').next().unwrap_or(part));

@@ -71,8 +71,8 @@ impl ExpandedProgram {
     }
 }
 
-/// Expands the calls of a program: M98 P (FANUC, Haas, Mazak), M97 P (Haas), O CALL (LinuxCNC), CALL
-/// LBL and CALL PGM (Heidenhain), and names alone (Siemens), each alone in its block, without
+/// Expands the calls of a program: M98 P (FANUC, Haas, Mazak), M97 P (Haas), O CALL (LinuxCNC),
+/// CALL LBL and CALL PGM (Heidenhain), and names alone (Siemens), each alone in its block, without
 /// arguments. Subprograms are sought in the text, then by `file`, which gets the names that a file
 /// may have and returns the name and the bytes of the one that exists.
 ///

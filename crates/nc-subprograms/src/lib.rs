@@ -1,9 +1,9 @@
 //! NC programs with subprograms: calls expanded to one text, and passes made subprograms.
 //!
-//! [`expand`] puts the blocks of subprograms in place of the calls, so that readers of flat programs
-//! read what the control runs; a [`LineMap`] gives the line of the written files for each line.
-//! [`split`] takes [`Section`]s of a flat program out of it as subprograms, in the same file or in
-//! files of their own; [`pass_sections`] finds the passes of a program of `facemill`.
+//! [`expand`] puts the blocks of subprograms in place of the calls, so that readers of flat
+//! programs read what the control runs; a [`LineMap`] gives the line of the written files for each
+//! line. [`split`] takes [`Section`]s of a flat program out of it as subprograms, in the same file
+//! or in files of their own; [`pass_sections`] finds the passes of a program of `facemill`.
 //!
 //! ```
 //! use facemill_nc_program::Dialect;

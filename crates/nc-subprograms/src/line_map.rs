@@ -1,7 +1,8 @@
 //! Lines of written files for lines of an expanded text.
 
-/// Line of the written files for each line of an expanded text. Lines of several files count on: the
-/// main program has 1 to its last one, and the other files follow in the order of their first calls.
+/// Line of the written files for each line of an expanded text. Lines of several files count on:
+/// the main program has 1 to its last one, and the other files follow in the order of their first
+/// calls.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct LineMap {
     /// Runs of lines that follow each other in both: first line of the text, first written line.

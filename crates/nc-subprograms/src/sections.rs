@@ -14,9 +14,9 @@ pub struct Section {
     pub name: String,
 }
 
-/// Returns the passes of a program: each from its comment `PASS n PLACE m` to its last motion before
-/// the next pass, the way home or the next tool. So the way to a pass belongs to it, and the way
-/// back from the last one to that.
+/// Returns the passes of a program: each from its comment `PASS n PLACE m` to its last motion
+/// before the next pass, the way home or the next tool. So the way to a pass belongs to it, and the
+/// way back from the last one to that.
 #[must_use]
 pub fn pass_sections(program: &ReadProgram) -> Vec<Section> {
     let blocks = &program.blocks;

@@ -44,7 +44,8 @@ pub enum SplitError {
     Empty,
     /// The numbers of the control do not suffice.
     #[error(
-        "{n} subprograms from number {first} on go beyond {last}, the last one of {control}; take a smaller subprograms.first_number, or `\"per\": \"operation\"`"
+        "{n} subprograms from number {first} on go beyond {last}, the last one of {control}; take a smaller \
+         subprograms.first_number, or `\"per\": \"operation\"`"
     )]
     Numbers {
         /// Number of subprograms.

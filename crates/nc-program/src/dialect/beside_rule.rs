@@ -3,8 +3,6 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::dialect::file::DialectFile;
-
 /// Form of a control's tool table and work offsets.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
@@ -59,16 +57,6 @@ pub enum SubprogramPlace {
     Files,
 }
 
-impl SubprogramsFile {
-    /// Returns the words of a dialect for these subprograms; `None` if it has none.
-    pub(crate) fn rule<'a>(&self, rules: &'a DialectFile) -> Option<&'a SubprogramRule> {
-        match self.place {
-            SubprogramPlace::Program => rules.subprograms.in_program.as_ref(),
-            SubprogramPlace::Files => rules.subprograms.in_files.as_ref(),
-        }
-    }
-}
-
 /// Words of subprograms, by their place; what is absent is refused.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -90,21 +78,6 @@ impl SubprogramRules {
     pub(crate) fn texts(&self) -> impl Iterator<Item = &String> {
         let rules = self.in_program.iter().chain(&self.in_files);
         rules.flat_map(|r| [&r.call, &r.file].into_iter().chain(&r.begin).chain(&r.end))
-    }
-}
-
-impl SubprogramRule {
-    /// Returns the rule with these values in place of the placeholders.
-    #[must_use]
-    pub fn filled(&self, values: &[(&str, &str)]) -> Self {
-        let fill = |text: &String| crate::dialect::fill(text, values);
-        Self {
-            call: fill(&self.call),
-            begin: self.begin.iter().map(fill).collect(),
-            end: self.end.iter().map(fill).collect(),
-            file: fill(&self.file),
-            ..*self
-        }
     }
 }
 

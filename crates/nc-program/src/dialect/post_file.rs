@@ -316,7 +316,7 @@ impl PostFile {
             return absent("tables", "tables", "leave it out, or name their form under `tables` of the dialect file");
         }
         if let Some(asked) = &self.subprograms {
-            let Some(rule) = asked.rule(rules) else {
+            let Some(rule) = rule_of(asked, rules) else {
                 let (value, instead) = match asked.place {
                     SubprogramPlace::Program => ("subprograms in the same program", "take `\"in\": \"files\"`"),
                     SubprogramPlace::Files => ("subprograms in files of their own", "take `\"in\": \"program\"`"),
@@ -330,6 +330,14 @@ impl PostFile {
             }
         }
         Ok(())
+    }
+}
+
+/// Returns the words of a dialect for subprograms; `None` if it has none.
+fn rule_of<'a>(asked: &SubprogramsFile, rules: &'a DialectFile) -> Option<&'a SubprogramRule> {
+    match asked.place {
+        SubprogramPlace::Program => rules.subprograms.in_program.as_ref(),
+        SubprogramPlace::Files => rules.subprograms.in_files.as_ref(),
     }
 }
 
@@ -400,7 +408,7 @@ impl PostSettings {
     #[must_use]
     pub fn subprograms(&self) -> Option<(SubprogramsFile, &SubprogramRule)> {
         let asked = self.subprograms?;
-        Some((asked, asked.rule(&self.rules)?))
+        Some((asked, rule_of(&asked, &self.rules)?))
     }
 
     /// Number of the program.

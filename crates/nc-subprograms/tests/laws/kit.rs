@@ -32,7 +32,8 @@ pub(crate) fn program(random: &mut Random, settings: &PostSettings) -> String {
     let mut at = [0.0; 5];
     let mut blocks = Vec::new();
     for operation in 0..3 {
-        blocks.push(Block::Comment(format!("operation {operation} of a name that takes more than one line, to see that lines of comments before a pass are one name")));
+        // A name that takes more than one line.
+        blocks.push(Block::Comment(format!("operation {operation} {}", "of a long name ".repeat(12))));
         for pass in 0..3 {
             blocks.push(Block::Comment(format!("PASS {} PLACE 1", pass + 1)));
             for k in 0..random.below(5) + 2 {

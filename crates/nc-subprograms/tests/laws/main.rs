@@ -1,4 +1,5 @@
-//! Laws of subprograms: splitting and expanding gives the program, and lines are those of the files.
+//! Laws of subprograms: splitting and expanding gives the program, and lines are those of the
+//! files.
 
 mod calls;
 mod interpreter;
