@@ -12,6 +12,9 @@ use crate::line_map::LineMap;
 /// Most calls within each other; controls have 4 to 19.
 const DEEPEST: usize = 16;
 
+/// Name and bytes of a file.
+type NamedFile = (String, Vec<u8>);
+
 /// Largest expanded text, bytes.
 const LARGEST: usize = 1 << 28;
 
@@ -85,7 +88,7 @@ pub fn expand(
     text: &[u8],
     name: &str,
     dialect: Dialect,
-    file: &dyn Fn(&[String]) -> Option<(String, Vec<u8>)>,
+    file: &dyn Fn(&[String]) -> Option<NamedFile>,
 ) -> Result<Option<ExpandedProgram>, ExpandError> {
     let mut work = Expansion {
         dialect,
@@ -225,7 +228,7 @@ type Lines = (usize, Range<usize>);
 
 struct Expansion<'f> {
     dialect: Dialect,
-    file: &'f dyn Fn(&[String]) -> Option<(String, Vec<u8>)>,
+    file: &'f dyn Fn(&[String]) -> Option<NamedFile>,
     sources: Vec<Source>,
     /// Subprograms by the source of the call, which labels depend on, and the target.
     known: BTreeMap<(usize, Target), Option<Lines>>,
@@ -323,7 +326,7 @@ fn file_names(target: &Target, dialect: Dialect) -> Vec<String> {
         Target::Word(name) => with(&[name.trim_matches(['<', '>']).to_lowercase()], &[".ngc"]),
         Target::File(name) => {
             let endings: &[&str] = if dialect == Dialect::Heidenhain { &[".h"] } else { &[".spf", ".mpf"] };
-            with(&[name.clone()], endings)
+            with(std::slice::from_ref(name), endings)
         }
         Target::Block(_) | Target::Label(_) => Vec::new(),
     }

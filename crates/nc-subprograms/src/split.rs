@@ -57,6 +57,15 @@ pub enum SplitError {
         /// The control.
         control: String,
     },
+    /// A file would be outside of the program's folder, or have no name that all systems take.
+    #[error(
+        "`{name}` of the dialect file is no name of a subprogram's file: it must be letters, digits, `_`, `-` and points, and \
+         begin with a letter or a digit"
+    )]
+    FileName {
+        /// The name.
+        name: String,
+    },
     /// A number is in use.
     #[error(
         "number {number} of a subprogram is in use in line {line} of the program; take another subprograms.first_number"
@@ -103,6 +112,8 @@ pub fn split(text: &str, sections: &[Section], settings: &SplitSettings<'_>) -> 
         let all: Vec<String> = words.begin.iter().cloned().chain(body).chain(words.end.iter().cloned()).collect();
         if words.file.is_empty() {
             subprograms.push(all);
+        } else if !is_file_name(&words.file) {
+            return Err(SplitError::FileName { name: words.file });
         } else {
             files.push((words.file, finish(&all)));
         }
@@ -119,6 +130,12 @@ pub fn split(text: &str, sections: &[Section], settings: &SplitSettings<'_>) -> 
     };
     main.splice(at..at, subprograms.into_iter().flatten());
     Ok(SplitProgram { main: finish(&main), files, next_number: numbers.end })
+}
+
+/// Returns whether a text is the name of a file in the program's folder, on every system.
+fn is_file_name(name: &str) -> bool {
+    name.starts_with(|c: char| c.is_ascii_alphanumeric())
+        && name.bytes().all(|b| b.is_ascii_alphanumeric() || matches!(b, b'_' | b'-' | b'.'))
 }
 
 /// Returns the words of a subprogram.

@@ -1,16 +1,18 @@
 //! A program that is split and expanded again does what it did, for every control and place.
 
-use facemill_nc_program::dialect::SubprogramPlace;
+use facemill_nc_program::dialect::{SubprogramPlace, SubprogramRule};
 use facemill_nc_program::read::{ReadBlock, ReadCommand};
 use facemill_nc_program::{Dialect, ReadProgram, read_program};
-use facemill_nc_subprograms::{Section, SplitProgram, SplitSettings, expand, operation_sections, pass_sections, split};
+use facemill_nc_subprograms::{
+    Section, SplitError, SplitProgram, SplitSettings, expand, operation_sections, pass_sections, split,
+};
 use facemill_test_kit::Random;
 
 use crate::kit::{program, settings};
 
 type Sections = fn(&ReadProgram) -> Vec<Section>;
 
-/// What a block does, without its line and comments.
+/// Meaning of each block, without its line and comments.
 fn meaning(program: &ReadProgram) -> Vec<ReadBlock> {
     let blocks = program.blocks.iter().cloned().map(|mut block| {
         block.commands.retain(|c| !matches!(c, ReadCommand::Comment(_)));
@@ -76,4 +78,38 @@ fn lines_are_those_of_the_files(expanded: &facemill_nc_subprograms::ExpandedProg
         let written = String::from_utf8_lossy(&file.text);
         assert_eq!(written.lines().nth(at as usize - 1), Some(line));
     }
+}
+
+/// A dialect file cannot name a place outside of the program's folder, and numbers end.
+#[test]
+fn files_outside_and_numbers_beyond_the_last_are_refused() {
+    let settings = settings(Dialect::Fanuc, SubprogramPlace::Files).expect("M98");
+    let text = program(&mut Random(2), &settings);
+    let (_, rule) = settings.subprograms().expect("subprograms");
+    let sections = pass_sections(&read_program(&text, Dialect::Fanuc).expect("our program"));
+    let try_split = |file: &str, first_number: u32, sections: &[Section]| {
+        let rule = SubprogramRule { file: file.to_owned(), ..rule.clone() };
+        let (dialect, rules, rule) = (Dialect::Fanuc, settings.rules(), &rule);
+        split(&text, sections, &SplitSettings { dialect, rules, rule, first_number, program_number: 1, prefix: "PASS" })
+    };
+    for name in ["../O{number}.nc", "/tmp/O{number}.nc", "a/b{number}", "..", "c:{number}", "{name}.nc"] {
+        assert!(matches!(try_split(name, 2001, &sections), Err(SplitError::FileName { .. })), "{name}");
+    }
+    assert!(try_split("O{number}.nc", 9991, &sections).is_ok());
+    let n = sections.len();
+    let why = try_split("O{number}.nc", 9992, &sections).expect_err("too many");
+    assert_eq!(why, SplitError::Numbers { n, first: 9992, last: 9999, control: settings.rules().name.clone() });
+    assert_eq!(try_split("O{number}.nc", 2001, &[]), Err(SplitError::Empty));
+    // A label of the program itself.
+    let haas = crate::kit::settings(Dialect::Haas, SubprogramPlace::Program).expect("M97");
+    let text = program(&mut Random(2), &haas);
+    let (_, rule) = haas.subprograms().expect("subprograms");
+    let sections = pass_sections(&read_program(&text, Dialect::Haas).expect("our program"));
+    let (dialect, rules, first_number) = (Dialect::Haas, haas.rules(), 8995);
+    let taken = split(
+        &text,
+        &sections,
+        &SplitSettings { dialect, rules, rule, first_number, program_number: 1, prefix: "PASS" },
+    );
+    assert!(matches!(taken, Err(SplitError::Taken { number: 9001, .. })), "{taken:?}");
 }
