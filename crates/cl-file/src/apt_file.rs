@@ -54,6 +54,10 @@ pub struct AptCutter {
 pub enum AptMove {
     /// PPRINT.
     Comment(String),
+    /// SPINDL: another speed from here on.
+    Spindle(SpindleSpec),
+    /// COOLNT: another coolant from here on.
+    Coolant(Coolant),
     /// RAPID, GOTO.
     Rapid(ClPoint),
     /// FEDRAT, GOTO.

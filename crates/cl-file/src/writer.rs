@@ -4,6 +4,7 @@ use facemill_cl_data::ClPoint;
 
 use crate::apt_file::{AptMove, AptSpec};
 use facemill_nc_program::Coolant;
+use facemill_nc_program::SpindleSpec;
 use facemill_nc_program::WriteError;
 use facemill_nc_program::words::number_text;
 
@@ -28,6 +29,8 @@ pub fn write_apt(spec: &AptSpec) -> Result<String, WriteError> {
     for (index, step) in spec.moves.iter().enumerate() {
         match step {
             AptMove::Comment(text) => writer.free_text("PPRINT/", text),
+            AptMove::Spindle(spindle) => writer.spindle(*spindle)?,
+            AptMove::Coolant(coolant) => writer.coolant(*coolant),
             AptMove::Rapid(cl) => {
                 writer.line("RAPID");
                 writer.goto(index, cl)?;
@@ -64,19 +67,28 @@ impl AptWriter {
         let values = values.into_iter().collect::<Result<Vec<_>, _>>()?;
         self.statement("CUTTER/", &values);
         self.line(&format!("LOADTL/{}", spec.tool_number));
-        let rpm = number_text::number(spec.spindle.rpm, 1, false).filter(|_| spec.spindle.rpm >= 0.05);
+        self.spindle(spec.spindle)?;
+        self.coolant(spec.coolant);
+        Ok(())
+    }
+
+    fn spindle(&mut self, spindle: SpindleSpec) -> Result<(), WriteError> {
+        let rpm = number_text::number(spindle.rpm, 1, false).filter(|_| spindle.rpm >= 0.05);
         let rpm = rpm.ok_or_else(|| WriteError::Number {
             place: "spindle.rpm".to_owned(),
             what: "a spindle speed",
-            value: spec.spindle.rpm,
+            value: spindle.rpm,
         })?;
-        self.line(&format!("SPINDL/{rpm},RPM,{}", if spec.spindle.clockwise { "CLW" } else { "CCLW" }));
-        self.line(match spec.coolant {
+        self.line(&format!("SPINDL/{rpm},RPM,{}", if spindle.clockwise { "CLW" } else { "CCLW" }));
+        Ok(())
+    }
+
+    fn coolant(&mut self, coolant: Coolant) {
+        self.line(match coolant {
             Coolant::Off => "COOLNT/OFF",
             Coolant::Flood => "COOLNT/FLOOD",
             Coolant::Mist => "COOLNT/MIST",
         });
-        Ok(())
     }
 
     fn feed(&mut self, index: usize, feed: f64) -> Result<(), WriteError> {

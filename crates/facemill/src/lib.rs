@@ -50,6 +50,9 @@ mod pages {
     #[doc = include_str!("../../job/README.md")]
     struct Job;
 
+    #[doc = include_str!("../../nc-subprograms/README.md")]
+    struct NcSubprograms;
+
     #[doc = include_str!("../../planner/README.md")]
     struct Planner;
 
@@ -115,6 +118,7 @@ pub use facemill_inverse_kinematics as inverse_kinematics;
 pub use facemill_job as job;
 pub use facemill_nc_program as nc_program;
 pub use facemill_nc_rewrite as nc_rewrite;
+pub use facemill_nc_subprograms as nc_subprograms;
 pub use facemill_planner as planner;
 pub use facemill_propeller_file as propeller_file;
 pub use facemill_report_page as report_page;
@@ -143,7 +147,7 @@ pub mod formats {
     pub use facemill_job::format::summary_file::{
         JoinedProgramSummary, JoinedSectionSummary, SUMMARY_FORMAT, SetupSummary, SummaryFile,
     };
-    pub use facemill_job::format::verification_file::{VERIFICATION_FORMAT, VerificationFile};
+    pub use facemill_job::format::verification_file::{CalledFile, VERIFICATION_FORMAT, VerificationFile};
     pub use facemill_path_strategies::{
         ComparedStrategy, FastestStrategy, LaidPasses, PATHS_FORMAT, PassedOverStrategy, PathsFile, PlannedPasses,
         StrategiesFile,

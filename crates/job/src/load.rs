@@ -239,6 +239,9 @@ impl Job {
                 format!("post.dialect_file: {name}: two heads are programmed by the dialect's own file alone");
             return Err(Failure::input(path, message));
         }
+        if second.is_some() && post.subprograms().is_some() {
+            return Err(Failure::input(path, "post.subprograms: programs of two heads have none; leave it out"));
+        }
         // Programs that change tools come behind those of one.
         let changing = (1..written.len()).filter(|&k| written[k - 1] == written[k]).map(|k| written[k]);
         let n_programs = file.setups.len() + changing.collect::<BTreeSet<usize>>().len();

@@ -1,12 +1,16 @@
 //! The dialects that come with the crate, and what makes a dialect file one that can be written
 //! with.
 
+pub(crate) mod beside_rule;
 pub(crate) mod file;
 pub(crate) mod post_file;
 pub(crate) mod post_law;
 pub(crate) mod post_vectors;
 pub(crate) mod word_rule;
 
+pub use crate::dialect::beside_rule::{
+    SubprogramPart, SubprogramPlace, SubprogramRule, SubprogramRules, SubprogramsFile, TableForm,
+};
 pub use crate::dialect::file::{
     BlendingRule, CommentRule, ControlMotion, CornerRule, CuttingRule, DIALECT_FORMAT, Decimals, DialectFile, FeedRule,
     LimitedBy, LineRule, MotionRule, NumberRule, Numbering, ProgramRule, RapidRule, RotaryBlocks, RtcpLaw, RtcpRapids,
@@ -217,6 +221,7 @@ impl DialectFile {
                 w.work_offsets.iter().flat_map(|o| o.lines.iter().chain([&o.word])).collect(),
                 &["n"],
             ),
+            ("subprograms", self.subprograms.texts().collect(), &["number", "padded", "id", "lower_id", "name"]),
             ("words.length", w.length.before.iter().chain([&w.length.code, &w.length.end]).collect(), &["register"]),
         ];
         if let Some(s) = &w.spindles {
@@ -263,6 +268,21 @@ impl DialectFile {
 /// The text with `{name}` replaced by its value.
 pub(crate) fn fill(text: &str, values: &[(&str, &str)]) -> String {
     values.iter().fold(text.to_owned(), |text, (name, value)| text.replace(&format!("{{{name}}}"), value))
+}
+
+impl SubprogramRule {
+    /// Returns the rule with these values in place of the placeholders.
+    #[must_use]
+    pub fn filled(&self, values: &[(&str, &str)]) -> Self {
+        let fill = |text: &String| fill(text, values);
+        Self {
+            call: fill(&self.call),
+            begin: self.begin.iter().map(fill).collect(),
+            end: self.end.iter().map(fill).collect(),
+            file: fill(&self.file),
+            ..*self
+        }
+    }
 }
 
 /// A name in braces that is none of these.

@@ -105,6 +105,7 @@ pub use crate::read::read_program;
 pub use crate::word_map::{WordMap, WordMapError};
 pub use crate::words::axis_words::{AxisLetter, AxisWords};
 pub use crate::write::codes::spindle_speed;
+pub use crate::write::offset_table::{WrittenTable, write_work_offset};
 pub use crate::write::text::clean_fanuc_comment;
 pub use crate::write::{
     WrittenProgram, WrittenSections, write_program, write_program_of_heads, write_program_with_lines, write_sections,

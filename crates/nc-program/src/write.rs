@@ -6,6 +6,7 @@ pub(crate) mod codes;
 mod context;
 mod lines;
 mod motion;
+pub(crate) mod offset_table;
 mod template;
 mod template_bounds;
 pub(crate) mod text;

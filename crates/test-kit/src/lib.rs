@@ -19,7 +19,7 @@ mod oracles;
 mod random;
 mod svg;
 
-pub use linuxcnc::{linuxcnc_interpreter, run_linuxcnc};
+pub use linuxcnc::{linuxcnc_interpreter, run_linuxcnc, run_linuxcnc_beside};
 pub use meshes::{
     Mesh, ball_mesh, box_mesh, cap_mesh, grid_around, grid_by_columns, grid_by_rows, odd_triangle, ring_mesh, soup_mesh,
 };

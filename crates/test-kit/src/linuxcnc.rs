@@ -23,10 +23,25 @@ pub fn linuxcnc_interpreter() -> Option<PathBuf> {
 /// # Panics
 /// If files cannot be written or the interpreter cannot be started.
 pub fn run_linuxcnc(rs274: &Path, text: &str, tool_table: &str, name: &str) -> (bool, String) {
+    run_linuxcnc_beside(rs274, text, &[], tool_table, name)
+}
+
+/// Runs a program as [`run_linuxcnc`] does, with files of subprograms beside it: names and texts.
+///
+/// # Panics
+/// As [`run_linuxcnc`].
+pub fn run_linuxcnc_beside(
+    rs274: &Path,
+    text: &str,
+    files: &[(String, String)],
+    tool_table: &str,
+    name: &str,
+) -> (bool, String) {
     let folder = std::env::temp_dir().join(format!("facemill-rs274-{}-{name}", std::process::id()));
     std::fs::create_dir_all(&folder).unwrap();
     std::fs::write(folder.join("tool.tbl"), tool_table).unwrap();
     std::fs::write(folder.join("program.ngc"), text).unwrap();
+    files.iter().for_each(|(file, text)| std::fs::write(folder.join(file), text).unwrap());
     let output = Command::new(rs274)
         .args(["-t", "tool.tbl", "-g", "program.ngc"])
         .current_dir(&folder)

@@ -3,8 +3,8 @@
 //! [`read_library`] reads a library that Fusion exported, `.json` or `.tools`, to [`LibraryTool`]s:
 //! each has its tool file ([`ImportedTool`]), or a [`ToolRefusal`] that names keys and remedies.
 //! `assumed` of the tool file lists values that a library does not give.
-//! [`linuxcnc_table`] and [`siemens_tool_data`] write tools for a control, if their gauge lengths
-//! are not assumed.
+//! [`linuxcnc_table`], [`siemens_tool_data`], [`g10_tool_lengths`] and [`heidenhain_tool_table`]
+//! write tools for a control, if their gauge lengths are not assumed.
 //!
 //! ```
 //! use facemill_tool_library::read_library;
@@ -35,7 +35,7 @@
 //! | `holder` | holder and gauge length of a tool |
 //! | `fusion_tool` | one milling tool of a library as a tool file |
 //! | `library` | all tools of a library |
-//! | `tool_table` | tool tables of LinuxCNC and Siemens 840D |
+//! | `tool_table` | tool tables of controls |
 //!
 //! It must not know jobs and machines, and opens no file.
 
@@ -55,4 +55,6 @@ pub use fault::{ArchiveFault, LibraryError, MAX_TOOLS, ToolFault};
 pub use fusion_tool::CutterKind;
 pub use library::{ImportedTool, LibraryTool, MAX_FAULTS, ToolRefusal, is_library, read_library};
 pub use presets::CuttingPreset;
-pub use tool_table::{TableError, TableUnit, linuxcnc_table, siemens_tool_data};
+pub use tool_table::{
+    G10Control, TableError, TableUnit, g10_tool_lengths, heidenhain_tool_table, linuxcnc_table, siemens_tool_data,
+};

@@ -24,6 +24,14 @@ impl TableUnit {
         }
     }
 
+    /// Returns a length, mm, in this unit, in the least increments that all controls take.
+    fn word(self, mm: f64) -> String {
+        match self {
+            Self::Millimetre => format!("{mm:.3}"),
+            Self::Inch => format!("{:.4}", mm / 25.4),
+        }
+    }
+
     fn name(self) -> &'static str {
         match self {
             Self::Millimetre => "mm",
@@ -49,6 +57,20 @@ pub enum TableError {
         /// The control.
         control: &'static str,
         /// Largest number.
+        most: u32,
+    },
+    /// A length register is larger than the control has.
+    #[error("tool {number} \"{name}\": its length_register is {register}, and {control} has {most}; give it another")]
+    RegisterNumber {
+        /// Number of the tool.
+        number: u32,
+        /// Its name.
+        name: String,
+        /// The register.
+        register: u32,
+        /// The control.
+        control: &'static str,
+        /// Largest register.
         most: u32,
     },
     /// Nobody measured the gauge length, or the holder that it follows from.
@@ -77,8 +99,8 @@ pub enum TableError {
     },
     /// The row of a length register is that of another tool.
     #[error(
-        "tool {number} \"{name}\" has its length in register {register}, which in LinuxCNC is the row of \"{other}\"; give \
-         it another length_register"
+        "tool {number} \"{name}\" has its length in register {register}, which in {control} is that of \"{other}\"; give it \
+         another length_register"
     )]
     Register {
         /// Number of the tool.
@@ -87,6 +109,8 @@ pub enum TableError {
         name: String,
         /// The register.
         register: u32,
+        /// The control.
+        control: &'static str,
         /// Name of the tool that has this row.
         other: String,
     },
@@ -100,15 +124,18 @@ impl TableError {
             Self::Empty => None,
             Self::Number { number, .. }
             | Self::AssumedLength { number, .. }
+            | Self::RegisterNumber { number, .. }
             | Self::SameNumber { number, .. }
             | Self::Register { number, .. } => Some(*number),
         }
     }
 }
 
-/// Largest numbers of tools: LinuxCNC reads five digits, 840D numbers up to 32000.
+/// Largest numbers of tools: LinuxCNC reads five digits, 840D numbers up to 32000, Heidenhain up to
+/// 32767.
 const MOST_LINUXCNC: u32 = 99_999;
 const MOST_SIEMENS: u32 = 32_000;
+const MOST_HEIDENHAIN: u32 = 32_767;
 
 /// Longest comment of a row of LinuxCNC's table and of a tool of 840D.
 const MOST_COMMENT: usize = 39;
@@ -139,7 +166,8 @@ pub fn linuxcnc_table(tools: &[ToolAssembly], unit: TableUnit) -> Result<String,
             continue;
         }
         if let Some((_, other)) = rows.insert(register, (tool, format!("length of T{number}"))) {
-            return Err(TableError::Register { number, name: tool.name().to_owned(), register, other });
+            let (name, control) = (tool.name().to_owned(), "LinuxCNC");
+            return Err(TableError::Register { number, name, register, control, other });
         }
     }
     let mut text = String::new();
@@ -190,6 +218,97 @@ pub fn siemens_tool_data(tools: &[ToolAssembly], unit: TableUnit) -> Result<Stri
         );
     }
     text.push_str("\nM17\n");
+    Ok(text)
+}
+
+/// Controls that take lengths of tools by G10.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum G10Control {
+    /// FANUC, offset memory C.
+    Fanuc,
+    /// Haas.
+    Haas,
+    /// Mazak, EIA programs.
+    Mazak,
+}
+
+impl G10Control {
+    /// Returns its name, its last length register and the digits of its program numbers.
+    fn limits(self) -> (&'static str, u32, usize) {
+        match self {
+            Self::Fanuc => ("FANUC", 999, 4),
+            Self::Haas => ("Haas", 200, 5),
+            Self::Mazak => ("Mazak", 999, 4),
+        }
+    }
+}
+
+/// Writes a program that sets the length registers of tools by G10: the geometry (L10) is the gauge
+/// length, the wear (L11) 0. Radii are comments: programs have no radius compensation, and whether
+/// their registers hold radii or diameters is a setting of the control.
+///
+/// # Errors
+/// Without a tool, where a gauge length is assumed, where a register is larger than the control
+/// has, and where two tools have one number or one register.
+pub fn g10_tool_lengths(
+    tools: &[ToolAssembly],
+    unit: TableUnit,
+    control: G10Control,
+    program_number: u32,
+) -> Result<String, TableError> {
+    let (control, most, digits) = control.limits();
+    let by_number = by_number(tools, control, u32::MAX)?;
+    let unit_code = if unit == TableUnit::Inch { "G20" } else { "G21" };
+    let mut text = format!("%\nO{program_number:0digits$} (LENGTHS OF {} TOOL[S])\n{unit_code} G90\n", by_number.len());
+    let mut used: BTreeMap<u32, &str> = BTreeMap::new();
+    for (number, tool) in by_number {
+        let (register, name) = (tool.length_register(), tool.name().to_owned());
+        if register > most {
+            return Err(TableError::RegisterNumber { number, name, register, control, most });
+        }
+        if let Some(other) = used.insert(register, tool.name()) {
+            return Err(TableError::Register { number, name, register, control, other: other.to_owned() });
+        }
+        let length = |mm| unit.word(mm);
+        let (radius, corner) = (length(tool.cutter().radius()), length(tool.cutter().corner_radius()));
+        let comment = plain(&name, MOST_COMMENT).to_uppercase();
+        // Writing to a string does not fail.
+        let _ = writeln!(
+            text,
+            "(T{number} {comment})\n(RADIUS {radius} CORNER RADIUS {corner})\nG10 L10 P{register} R{}\nG10 L11 P{register} R0.",
+            length(tool.gauge_length())
+        );
+    }
+    text.push_str("M30\n%\n");
+    Ok(text)
+}
+
+/// Longest name in a tool table of Heidenhain; later controls take 32 characters.
+const MOST_HEIDENHAIN_NAME: usize = 16;
+
+/// Writes the tool table TOOL.T of Heidenhain controls, a row for each tool by number: T, NAME, L
+/// (gauge length), R, R2 (corner radius), and the deltas DL, DR and DR2 as 0.
+///
+/// # Errors
+/// Without a tool, where a gauge length is assumed, and where numbers are too large or two of them
+/// the same.
+pub fn heidenhain_tool_table(tools: &[ToolAssembly], unit: TableUnit) -> Result<String, TableError> {
+    let by_number = by_number(tools, "Heidenhain", MOST_HEIDENHAIN)?;
+    let row = |cells: [&str; 8]| {
+        let [number, name, rest @ ..] = cells;
+        let rest: String = rest.iter().map(|cell| format!(" {cell:<12}")).collect();
+        format!("{number:<5} {name:<MOST_HEIDENHAIN_NAME$}{rest}").trim_end().to_owned()
+    };
+    let head = row(["T", "NAME", "L", "R", "R2", "DL", "DR", "DR2"]);
+    let mut text = format!("BEGIN TOOL.T {}\n{head}\n", unit.name().to_uppercase());
+    for (number, tool) in by_number {
+        let name = plain(tool.name(), MOST_HEIDENHAIN_NAME).to_uppercase().replace(' ', "_");
+        let values = [tool.gauge_length(), tool.cutter().radius(), tool.cutter().corner_radius()];
+        let [length, radius, corner] = values.map(|mm| unit.text(mm));
+        text.push_str(&row([&number.to_string(), &name, &length, &radius, &corner, "0", "0", "0"]));
+        text.push('\n');
+    }
+    text.push_str("[END]\n");
     Ok(text)
 }
 

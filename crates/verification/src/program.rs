@@ -200,6 +200,7 @@ pub fn verify_program(
         job: job.file.name.clone(),
         setup: setup.name.clone(),
         program: run.stamp.clone(),
+        called_files: Vec::new(),
         dialect: request.dialect.name().to_owned(),
         gouge_limit_mm: gouge_limit,
         times: found.times,

@@ -4,6 +4,7 @@
 
 mod chip_feeds;
 mod command_line;
+mod control_files;
 mod feed_modes;
 mod first_contact;
 mod limits;

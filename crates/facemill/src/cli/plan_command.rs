@@ -5,7 +5,10 @@ use std::process::ExitCode;
 
 use clap::Args;
 use facemill::formats::{JoinedProgramSummary, JoinedSectionSummary, SUMMARY_FORMAT, SetupSummary, SummaryFile};
-use facemill::planner::{JoinedProgram, JoinedSection, joined_programs, plan_job_with_setups};
+use facemill::planner::{
+    ControlTables, JoinedProgram, JoinedSection, calling_programs, control_tables, joined_programs,
+    plan_job_with_setups,
+};
 use facemill::report::Report;
 use facemill::report::outcome::Outcome;
 use facemill::{Failure, Job, JobSetting, PlanSettings, Planned, files, summary};
@@ -102,6 +105,8 @@ pub(crate) fn run(arguments: &PlanArguments) -> Result<ExitCode, Failure> {
 
 fn plan(arguments: &PlanArguments, job: &Job, out: &Path) -> Result<ExitCode, Failure> {
     let settings = PlanSettings { verify: !arguments.no_verify, certificates: arguments.certificates };
+    // Depends on the job alone: a table that cannot be written is no reason to plan in vain.
+    let tables = control_tables(job)?;
     let mut outcome = Outcome::Done;
     let mut all_files = Vec::new();
     let mut timings = Vec::new();
@@ -124,7 +129,9 @@ fn plan(arguments: &PlanArguments, job: &Job, out: &Path) -> Result<ExitCode, Fa
         all_files.extend(arguments.chips.then(|| planned.chip_table.clone()));
         all_planned.push((planned, kept));
     }
-    let joined = joined_summaries(job, &all_planned, &mut all_files)?;
+    let joined_programs = joined_programs(job, &all_planned)?;
+    texts.extend(add_beside(job, &all_planned, (&joined_programs, tables), &mut all_files)?);
+    let joined = joined_summaries(joined_programs, &all_planned, &mut all_files);
     texts.extend(joined.iter().map(|joined| joined.lines().join("\n")));
     let timings = serde_json::json!({ "format": "facemill-timings/1", "setups": timings });
     all_files.push(("timings.json".to_owned(), facemill::file_format::to_json(&timings).into_bytes()));
@@ -193,14 +200,34 @@ fn json(
     facemill::file_format::to_json(&SummaryFile { format, outcome, exit_code, out, files, setups, joined_programs })
 }
 
-/// Returns the summaries of programs that change tools, and adds the programs to the files.
-fn joined_summaries(
+/// Adds main programs with their subprograms, and tables of planned clampings, to the files.
+/// Returns reasons why a clamping has no main program.
+fn add_beside(
     job: &Job,
     planned: &[KeptPlan<'_>],
+    (joined, tables): (&[JoinedProgram], Vec<ControlTables>),
     files: &mut Vec<(String, Vec<u8>)>,
-) -> Result<Vec<JoinedProgramSummary>, Failure> {
+) -> Result<Vec<String>, Failure> {
+    let mut reasons = Vec::new();
+    for calling in calling_programs(job, planned, joined)? {
+        match calling.files {
+            Ok(made) => files.extend(made),
+            Err(why) => reasons.push(format!("{}: no main program with subprograms: {why}", calling.setup)),
+        }
+    }
+    let is_planned = |tables: &ControlTables| planned.iter().any(|(p, _)| tables.setups.contains(&p.report.setup));
+    files.extend(tables.into_iter().filter(is_planned).flat_map(|tables| tables.files));
+    Ok(reasons)
+}
+
+/// Returns the summaries of programs that change tools, and adds the programs to the files.
+fn joined_summaries(
+    joined_programs: Vec<JoinedProgram>,
+    planned: &[KeptPlan<'_>],
+    files: &mut Vec<(String, Vec<u8>)>,
+) -> Vec<JoinedProgramSummary> {
     let mut summaries = Vec::new();
-    for JoinedProgram { setup, setups, name, joined } in joined_programs(job, planned)? {
+    for JoinedProgram { setup, setups, name, joined, apt } in joined_programs {
         let of = planned.iter().map(|(planned, _)| &planned.report).filter(|report| setups.contains(&report.setup));
         let time = |r: &Report| {
             let times = &r.times;
@@ -211,6 +238,7 @@ fn joined_summaries(
         let (file, not_written_because, sections) = match joined {
             Ok((text, sections)) => {
                 files.push((name.clone(), text));
+                files.extend(apt);
                 (Some(name), None, sections)
             }
             Err(why) => (None, Some(why), Vec::new()),
@@ -224,7 +252,7 @@ fn joined_summaries(
         let sections = sections.into_iter().map(section).collect();
         summaries.push(JoinedProgramSummary { setup, file, not_written_because, total_time_s, sections });
     }
-    Ok(summaries)
+    summaries
 }
 
 /// Lists the files of an earlier plan that were set aside for a plan that failed.

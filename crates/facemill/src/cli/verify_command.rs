@@ -17,6 +17,7 @@ use facemill::{
 };
 
 use crate::cli::arguments::ad_hoc_setup::StandArguments;
+use crate::cli::arguments::called_files::CalledProgram;
 use crate::cli::arguments::option_lengths::{above_zero, from_zero, stock_tolerance};
 use crate::cli::arguments::program::{ProgramArguments, ProgramOfJob};
 use crate::cli::deviation_command::{deviation_lines, mesh_bytes, painted_mesh, rest_mesh};
@@ -95,9 +96,18 @@ const SHOWN: usize = 50;
 
 pub(crate) fn run(arguments: &VerifyArguments) -> Result<ExitCode, Failure> {
     crate::cli::progress::watch_interrupts().map_err(Failure::Internal)?;
-    let read = arguments.program.read_with(&arguments.stand)?;
+    let mut read = arguments.program.read_with(&arguments.stand)?;
+    let path = &arguments.program.program;
+    let called = CalledProgram::of(&read.job, path, &read.text, read.dialect)?;
+    let called = called.map(|(called, text)| {
+        read.text = text;
+        called
+    });
+    if let Some(called) = &called {
+        say(&called.summary_line())?;
+    }
     if read.setups.len() > 1 {
-        return run_sections(arguments, read);
+        return run_sections(arguments, read, called.as_ref());
     }
     let ProgramOfJob { job, setup, dialect, text, .. } = read;
     let rest = arguments.rest.as_ref().map(|path| read_rest(&job, setup, path)).transpose()?;
@@ -106,6 +116,9 @@ pub(crate) fn run(arguments: &VerifyArguments) -> Result<ExitCode, Failure> {
     files::check_outputs(paths.into_iter().flatten().map(PathBuf::as_path))?;
     let mut verified = verify_program(&job, &text, &request, &Progress::new(false))?;
     verified.complete(arguments.stand.assumptions(arguments.program.dialect));
+    if let Some(called) = &called {
+        called.complete(&mut verified.file);
+    }
     let file = &verified.file;
     let clean = is_clean(file);
     let text = verification_text(file);
@@ -126,7 +139,11 @@ fn is_clean(file: &VerificationFile) -> bool {
 
 /// Verifies a program that changes tools: the part behind each change with its tool, on what the
 /// parts before it leave.
-fn run_sections(arguments: &VerifyArguments, read: ProgramOfJob) -> Result<ExitCode, Failure> {
+fn run_sections(
+    arguments: &VerifyArguments,
+    read: ProgramOfJob,
+    called: Option<&CalledProgram<'_>>,
+) -> Result<ExitCode, Failure> {
     let ProgramOfJob { mut job, setups, dialect, text, .. } = read;
     let path = &arguments.program.program;
     let of_one = [("--deviation", &arguments.deviation), ("--rest-mesh", &arguments.rest_mesh)];
@@ -173,6 +190,9 @@ fn run_sections(arguments: &VerifyArguments, read: ProgramOfJob) -> Result<ExitC
         let request = request_of(arguments, (setup, Some(k)), cut, dialect);
         let mut verified = verify_program(&job, &text, &request, &Progress::new(false))?;
         verified.complete(arguments.stand.assumptions(arguments.program.dialect));
+        if let Some(called) = called {
+            called.complete(&mut verified.file);
+        }
         clean &= is_clean(&verified.file);
         texts += &verification_text(&verified.file);
         results.push(verified.file);

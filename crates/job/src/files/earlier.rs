@@ -13,8 +13,21 @@ const EARLIER: &str = ".earlier";
 /// Extension of APT files, which a plan writes for every control.
 const APT: &str = "apt";
 
-/// Suffixes of program names behind the setup: none, or that of a head or channel.
-const PROGRAMS: [&str; 5] = ["", "-head-1", "-head-2", "-channel-1", "-channel-2"];
+/// Suffixes of program names behind the setup: none, or that of a head, a channel or a main program
+/// with subprograms.
+const PROGRAMS: [&str; 6] = ["", "-head-1", "-head-2", "-channel-1", "-channel-2", "-main"];
+
+/// First parts of the names of tables for the control.
+const TABLES: [&str; 2] = ["tool-table", "work-offset"];
+
+/// Endings of such tables besides those of programs.
+const TABLE_ENDINGS: [&str; 4] = ["tbl", "spf", "t", "pr"];
+
+/// Mark at the begin of subprograms in files of their own.
+const SUBPROGRAM: &[u8] = b" - SUBPROGRAM OF ";
+
+/// Bytes at whose end the mark has come.
+const SUBPROGRAM_BEGIN: usize = 400;
 
 /// Renames the files that an earlier plan wrote to a folder with `.earlier`, so that no program
 /// looks current while a plan runs, or after one that failed. Returns the old names, in order; none
@@ -55,7 +68,10 @@ fn of_plans(folder: &Path, written: &[(String, Vec<u8>)]) -> Vec<String> {
         kin.learn(name);
         programs_of(&report).for_each(|program| kin.learn(program));
     }
-    there.retain(|name| kin.has(name) && (!name.ends_with(".html") || is_page(&folder.join(name))));
+    there.retain(|name| {
+        let is_ours = kin.has(name) && (!name.ends_with(".html") || is_page(&folder.join(name)));
+        is_ours || kin.is_subprogram(name) && is_subprogram(&folder.join(name))
+    });
     there
 }
 
@@ -103,13 +119,27 @@ impl Kin {
             let of_setup = |known: &String| PROGRAMS.iter().any(|which| stem == format!("program{known}{which}"));
             self.endings.iter().any(|known| known == ending) && self.suffixes.iter().any(of_setup)
         };
+        let is_table = || {
+            let is_known = self.endings.iter().any(|known| known == ending) || TABLE_ENDINGS.contains(&ending);
+            is_known && TABLES.iter().any(|table| is_of(table))
+        };
         match ending {
             "json" => is_of("report") || is_of("certificates") || is_of("postures") || is_passes() || stem == "timings",
             "csv" => is_of("chips"),
             "html" => is_of("report") || is_of("setup-sheet"),
             "svg" => is_of("chips") || is_of("solution-space") || is_passes(),
-            _ => is_program(),
+            _ => is_program() || is_table(),
         }
+    }
+
+    /// Returns whether a name may be that of a subprogram: `O2001.nc`, `PASS_1001_1.SPF`.
+    fn is_subprogram(&self, name: &str) -> bool {
+        let Some((stem, ending)) = name.rsplit_once('.') else { return false };
+        let stem = clean(stem).to_uppercase();
+        let digits = |text: &str| !text.is_empty() && text.bytes().all(|b| b.is_ascii_digit() || b == b'_');
+        let ending = ending.to_lowercase();
+        let is_known = self.endings.contains(&ending) || TABLE_ENDINGS.contains(&ending.as_str());
+        is_known && ["O", "PASS_", "OPERATION_"].iter().any(|first| stem.strip_prefix(first).is_some_and(digits))
     }
 }
 
@@ -138,6 +168,13 @@ const PAGE: &[u8] = b"facemill-page/";
 pub(super) fn is_page(file: &Path) -> bool {
     let bytes = super::input::read_at_most(file, LARGEST_REPORT);
     bytes.is_ok_and(|bytes| bytes.windows(PAGE.len()).any(|part| part == PAGE))
+}
+
+/// Returns whether a file is a subprogram that a plan wrote.
+fn is_subprogram(file: &Path) -> bool {
+    let bytes = super::input::read_at_most(file, LARGEST_REPORT).unwrap_or_default();
+    let begin = &bytes[..bytes.len().min(SUBPROGRAM_BEGIN)];
+    begin.windows(SUBPROGRAM.len()).any(|part| part == SUBPROGRAM)
 }
 
 /// Returns a report of a plan of this program, of any version.

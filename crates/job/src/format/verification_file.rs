@@ -25,6 +25,10 @@ pub struct VerificationFile {
     pub setup: String,
     /// The program described.
     pub program: ProgramStamp,
+    /// Files of subprograms whose calls were expanded, in the order of their first calls; empty
+    /// without. Lines count on from file to file, the program first: each says where it begins.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub called_files: Vec<CalledFile>,
     /// Control that the program was read for.
     pub dialect: String,
     /// Depth of the cutter beyond which it is a finding (`--gouge-mm`); without the option the
@@ -56,4 +60,36 @@ pub struct VerificationFile {
     /// Proofs for each block; absent if not requested.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub certificates: Option<Certificates>,
+}
+
+/// File of subprograms that a program calls.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, JsonSchema)]
+pub struct CalledFile {
+    /// Its name and checksum.
+    #[serde(flatten)]
+    pub program: ProgramStamp,
+    /// Number that its first line has in this file.
+    pub first_line: u32,
+}
+
+impl VerificationFile {
+    /// Replaces every line, for a program that was run with its calls expanded.
+    pub fn map_lines(&mut self, line_of: impl Fn(u32) -> u32) {
+        let map = |line: &mut u32| *line = line_of(*line);
+        let run = &mut self.verification;
+        run.findings.iter_mut().flat_map(|f| [&mut f.first_line, &mut f.last_line, &mut f.worst_line]).for_each(map);
+        let sections = run.sections.iter_mut();
+        let of_sections =
+            sections.flat_map(|s| [Some(&mut s.first_line), s.largest_gouge.as_mut().map(|g| &mut g.line)]);
+        of_sections.flatten().for_each(map);
+        run.largest_gouge.iter_mut().map(|g| &mut g.line).for_each(map);
+        run.smallest_clearance.iter_mut().map(|c| &mut c.line).for_each(map);
+        run.between.iter_mut().filter_map(|b| b.first_open_line.as_mut()).for_each(map);
+        self.assumptions.iter_mut().filter_map(|a| a.line.as_mut()).for_each(map);
+        let regions = self.remaining.iter_mut().flat_map(|r| &mut r.operations);
+        regions.filter_map(|o| o.largest.as_mut()?.line.as_mut()).for_each(map);
+        self.stock.iter_mut().filter_map(|s| s.first_line_not_covered.as_mut()).for_each(map);
+        let proofs = self.certificates.iter_mut().flat_map(|c| &mut c.certificates);
+        proofs.flat_map(|c| [Some(&mut c.line), c.doubted_since_line.as_mut()]).flatten().for_each(map);
+    }
 }

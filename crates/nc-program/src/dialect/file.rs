@@ -6,6 +6,7 @@ use facemill_cl_data::CuttingLaw;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::dialect::beside_rule::{SubprogramRules, TableForm};
 use crate::dialect::word_rule::{LengthRule, WordRule};
 use crate::words::axis_words::AxisKind;
 
@@ -48,6 +49,12 @@ pub struct DialectFile {
     /// follows is a finding of a program.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub harmless_functions: Vec<u32>,
+    /// Form of the control's tool table and work offsets; absent where this program writes none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tables: Option<TableForm>,
+    /// Words of subprograms.
+    #[serde(default, skip_serializing_if = "SubprogramRules::is_empty")]
+    pub subprograms: SubprogramRules,
 }
 
 impl DialectFile {

@@ -3,6 +3,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::dialect::Dialect;
+use crate::dialect::beside_rule::{SubprogramPlace, SubprogramRule, SubprogramsFile};
 use crate::dialect::file::{Decimals, DialectFile};
 use crate::program::FeedMode;
 use crate::words::axis_words::AxisWords;
@@ -56,6 +57,14 @@ pub struct PostFile {
     /// Lines of the dialect that switch the control's look-ahead on and off around the motions.
     #[serde(default)]
     pub look_ahead: bool,
+    /// Write the tool table and the work offset of each setup beside its program, in the form that
+    /// the control loads (docs/dialects.md#tool-and-offset-tables).
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub tables: bool,
+    /// Write the program of each setup a second time, as a main program that calls subprograms
+    /// (docs/dialects.md#subprograms). Default: none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub subprograms: Option<SubprogramsFile>,
 }
 
 /// Form in which a program under RTCP states the tool orientation.
@@ -143,6 +152,8 @@ pub struct PostSettings {
     pub(crate) feed_mode: FeedMode,
     pub(crate) orientation: Orientation,
     pub(crate) look_ahead: bool,
+    pub(crate) tables: bool,
+    pub(crate) subprograms: Option<SubprogramsFile>,
     pub(crate) template: Template,
     pub(crate) program_number: u32,
     pub(crate) program_name: Option<String>,
@@ -214,6 +225,8 @@ impl Default for PostFile {
             max_line_length: None,
             orientation: Orientation::default(),
             look_ahead: false,
+            tables: false,
+            subprograms: None,
         }
     }
 }
@@ -257,6 +270,8 @@ impl PostFile {
             feed_mode: self.feed_mode,
             orientation: self.orientation,
             look_ahead: self.look_ahead,
+            tables: self.tables,
+            subprograms: self.subprograms,
             template,
             program_number: self.program_number,
             program_name: self.program_name.clone(),
@@ -297,7 +312,32 @@ impl PostFile {
         if self.look_ahead && rules.motion.look_ahead.is_none() {
             return absent("look_ahead", "switch for its look-ahead", "leave it out");
         }
+        if self.tables && rules.tables.is_none() {
+            return absent("tables", "tables", "leave it out, or name their form under `tables` of the dialect file");
+        }
+        if let Some(asked) = &self.subprograms {
+            let Some(rule) = rule_of(asked, rules) else {
+                let (value, instead) = match asked.place {
+                    SubprogramPlace::Program => ("subprograms in the same program", "take `\"in\": \"files\"`"),
+                    SubprogramPlace::Files => ("subprograms in files of their own", "take `\"in\": \"program\"`"),
+                };
+                let has_none = rules.subprograms.in_program.is_none() && rules.subprograms.in_files.is_none();
+                let instead = if has_none { "name their words in the dialect file, or leave it out" } else { instead };
+                return absent("subprograms.in", value, instead);
+            };
+            if let Some(first) = asked.first_number {
+                in_range("subprograms.first_number", first, 1, rule.last_number)?;
+            }
+        }
         Ok(())
+    }
+}
+
+/// Returns the words of a dialect for subprograms; `None` if it has none.
+fn rule_of<'a>(asked: &SubprogramsFile, rules: &'a DialectFile) -> Option<&'a SubprogramRule> {
+    match asked.place {
+        SubprogramPlace::Program => rules.subprograms.in_program.as_ref(),
+        SubprogramPlace::Files => rules.subprograms.in_files.as_ref(),
     }
 }
 
@@ -356,6 +396,19 @@ impl PostSettings {
     #[must_use]
     pub fn extension(&self) -> &str {
         &self.rules.program.extension
+    }
+
+    /// Returns whether tool and offset tables are to be written.
+    #[must_use]
+    pub fn tables(&self) -> bool {
+        self.tables
+    }
+
+    /// Returns the subprograms to be written, with the words for them; `None` if none are wanted.
+    #[must_use]
+    pub fn subprograms(&self) -> Option<(SubprogramsFile, &SubprogramRule)> {
+        let asked = self.subprograms?;
+        Some((asked, rule_of(&asked, &self.rules)?))
     }
 
     /// Number of the program.

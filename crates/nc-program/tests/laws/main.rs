@@ -7,6 +7,7 @@ mod head_kit;
 mod heads;
 mod kit;
 mod linuxcnc_client;
+mod offset_tables;
 mod post_file;
 mod same_moves;
 mod slow_control;

@@ -5,14 +5,16 @@ use std::collections::BTreeSet;
 use facemill_cl_data::ClPoint;
 use facemill_cl_file::{AptCutter, AptMove, AptSpec, write_apt};
 use facemill_job::failure::Failure;
+use facemill_job::format::job_file::FeedsFile;
 use facemill_job::format::program_stamp::ProgramStamp;
 use facemill_job::format::report::{CERTIFICATES_FORMAT, CertificatesFile};
 use facemill_job::load::job::Job;
 use facemill_job::setup::cell::budget;
-use facemill_job::setup::program_spec::program_spec;
+use facemill_job::setup::program_spec::{coolant, program_spec};
 use facemill_job::setup::scene::Scene;
 use facemill_job::validate::tip_feed::programmed_feed;
-use facemill_nc_program::{ProgramSpec, WrittenProgram, write_program_with_lines};
+use facemill_nc_program::{ProgramSpec, SpindleSpec, WrittenProgram, write_program_with_lines};
+use facemill_tool_model::SpindleRotation;
 use facemill_tool_path::moves::MoveKind;
 use facemill_verification::text_times::{ALL_LINES, TimedText};
 use facemill_virtual_machine::{Certificates, GougeSection, Verification};
@@ -96,7 +98,7 @@ pub(crate) fn write_texts(
         },
         spindle: spec.spindle,
         coolant: spec.coolant,
-        moves: apt_moves(operations, job.tool.n_inserts(), verify),
+        moves: apt_moves(operations, job, verify),
     };
     let apt = write_apt(&apt).map_err(|e| Failure::Internal(e.to_string()))?;
     Ok(Texts::new(timed, (spec, written), apt))
@@ -149,13 +151,25 @@ pub(crate) fn time_texts(scene: &Scene<'_>, texts: &mut Texts) -> Result<(), Fai
     time_text(&[(scene.machine, scene.tool_length())], scene.motion_context(), &written, &mut texts.timed)
 }
 
-fn apt_moves(operations: &[PlannedOperation<'_>], teeth: u32, verify: bool) -> Vec<AptMove> {
+fn apt_moves(operations: &[PlannedOperation<'_>], job: &Job, verify: bool) -> Vec<AptMove> {
+    let teeth = job.tool.n_inserts();
+    let mut before: Option<&FeedsFile> = None;
     let mut moves = Vec::new();
     if !verify {
         moves.push(AptMove::Comment(NOT_VERIFIED.to_owned()));
     }
     for o in operations {
         moves.push(AptMove::Comment(o.operation.name.clone()));
+        // Those of the first operation are in the header.
+        let feeds = &o.operation.feeds;
+        if before.is_some_and(|before| before.spindle_rpm != feeds.spindle_rpm) {
+            let clockwise = job.tool.spindle_rotation() == SpindleRotation::Clockwise;
+            moves.push(AptMove::Spindle(SpindleSpec { rpm: feeds.spindle_rpm, clockwise }));
+        }
+        if before.is_some_and(|before| before.coolant != feeds.coolant) {
+            moves.push(AptMove::Coolant(coolant(feeds.coolant)));
+        }
+        before = Some(feeds);
         let linear = |cl: ClPoint, feed: f64| AptMove::Linear { cl, feed };
         let all = o.moves.pieces.iter().flat_map(|p| &p.moves).chain(&o.moves.retract);
         moves.extend(all.map(|m| match m.kind {

@@ -1,7 +1,9 @@
 //! Tool tables read back by readers of their own.
 
 use facemill_test_kit::Random;
-use facemill_tool_library::{TableError, TableUnit, linuxcnc_table, siemens_tool_data};
+use facemill_tool_library::{
+    G10Control, TableError, TableUnit, g10_tool_lengths, heidenhain_tool_table, linuxcnc_table, siemens_tool_data,
+};
 use facemill_tool_model::{AssumedMeasure, ToolAssembly, ToolFile};
 
 use crate::kit::{imported, inch_tool};
@@ -125,7 +127,8 @@ fn lengths_that_nobody_measured_are_in_no_table() {
         let one = tool(|file| {
             file.assumed.push(AssumedMeasure { key: key.to_owned(), reason: "a guess".to_owned() });
         });
-        for table in [linuxcnc_table, siemens_tool_data] {
+        let g10 = |tools: &[ToolAssembly], unit: TableUnit| g10_tool_lengths(tools, unit, G10Control::Fanuc, 1);
+        for table in [linuxcnc_table, siemens_tool_data, heidenhain_tool_table, g10] {
             let Err(why) = table(std::slice::from_ref(&one), TableUnit::Millimetre) else {
                 assert!(!is_refused, "{key}");
                 continue;
@@ -147,4 +150,74 @@ fn tools_that_a_control_cannot_have_are_refused() {
     let twice = [tool(|_| ()), tool(|file| file.name = "other".to_owned())];
     assert!(linuxcnc_table(&twice, TableUnit::Millimetre).is_err_and(|why| text(why).contains("both have number 7")));
     assert_eq!(siemens_tool_data(&[], TableUnit::Millimetre), Err(TableError::Empty));
+}
+
+/// The geometry of a register is the length of its tool and its wear 0, whatever the numbers are.
+#[test]
+fn registers_of_g10_have_the_lengths_of_their_tools() {
+    let mut random = Random(7);
+    let mut tools = random_tools(&mut random, 9);
+    tools.push(tool(|file| (file.number, file.length_register) = (50, Some(90))));
+    for (control, digits) in [(G10Control::Fanuc, 4), (G10Control::Haas, 5), (G10Control::Mazak, 4)] {
+        for (unit, mm, code) in [(TableUnit::Millimetre, 1.0, "G21 G90"), (TableUnit::Inch, 25.4, "G20 G90")] {
+            let text = g10_tool_lengths(&tools, unit, control, 12).expect("a program");
+            let lines: Vec<&str> = text.lines().collect();
+            assert!(lines[1].starts_with(&format!("O{:0digits$} (", 12)) && lines[2] == code, "{text}");
+            assert_eq!((lines[0], &lines[lines.len() - 2..]), ("%", &["M30", "%"][..]));
+            let value = |offset: u32, register: u32| -> f64 {
+                let begin = format!("G10 L{offset} P{register} R");
+                let found = lines.iter().find_map(|line| line.strip_prefix(&begin));
+                found.unwrap_or_else(|| panic!("{begin} in\n{text}")).parse().expect("a number")
+            };
+            for tool in &tools {
+                let register = tool.length_register();
+                assert!((value(10, register) * mm - tool.gauge_length()).abs() < 2e-3, "{text}");
+                assert_eq!(value(11, register), 0.0);
+            }
+            assert_eq!(lines.iter().filter(|line| line.starts_with("G10 ")).count(), 2 * tools.len());
+            // Comments are in parentheses that are not nested.
+            for line in lines.iter().filter(|line| line.starts_with('(')) {
+                assert!(line.ends_with(')') && line.matches(['(', ')']).count() == 2 && line.is_ascii(), "{line}");
+            }
+        }
+    }
+}
+
+/// Cells are below the heads of their columns.
+#[test]
+fn rows_of_heidenhain_are_below_their_columns() {
+    let mut random = Random(8);
+    let mut tools = random_tools(&mut random, 12);
+    let text = heidenhain_tool_table(&tools, TableUnit::Millimetre).expect("a table");
+    tools.sort_by_key(ToolAssembly::number);
+    let lines: Vec<&str> = text.lines().collect();
+    assert_eq!((lines[0], lines[lines.len() - 1], lines.len()), ("BEGIN TOOL.T MM", "[END]", tools.len() + 3));
+    let cell = |line: &str, column: &str| -> String {
+        let head = format!(" {}", lines[1]);
+        let at = head.find(&format!(" {column} ")).unwrap_or_else(|| panic!("{column} in {head}"));
+        line[at..].split(' ').next().expect("a cell").to_owned()
+    };
+    for (line, tool) in lines[2..].iter().zip(&tools) {
+        let number =
+            |column: &str| -> f64 { cell(line, column).parse().unwrap_or_else(|_| panic!("{column}: {line}")) };
+        assert_eq!(number("T"), f64::from(tool.number()));
+        assert!((number("L") - tool.gauge_length()).abs() < 1e-4, "{line}");
+        assert!((number("R") - tool.cutter().radius()).abs() < 1e-4, "{line}");
+        assert!((number("R2") - tool.cutter().corner_radius()).abs() < 1e-4, "{line}");
+        assert_eq!((number("DL"), number("DR")), (0.0, 0.0));
+        let name = cell(line, "NAME");
+        assert!((1..=16).contains(&name.len()) && name.starts_with("MILL_"), "{line}");
+    }
+}
+
+#[test]
+fn registers_that_a_control_cannot_have_are_refused() {
+    let of = |register| tool(|file| (file.number, file.length_register) = (register, Some(register)));
+    let g10 = |tools: &[ToolAssembly], control| g10_tool_lengths(tools, TableUnit::Millimetre, control, 1);
+    assert!(g10(&[of(200)], G10Control::Haas).is_ok() && g10(&[of(999)], G10Control::Fanuc).is_ok());
+    let why = g10(&[of(201)], G10Control::Haas).expect_err("too large");
+    assert!(matches!(why, TableError::RegisterNumber { number: 201, register: 201, most: 200, .. }), "{why}");
+    let twins = [5, 6].map(|number| tool(|file| (file.number, file.length_register) = (number, Some(5))));
+    let why = g10(&twins, G10Control::Mazak).expect_err("one register for two");
+    assert!(matches!(why, TableError::Register { number: 6, register: 5, control: "Mazak", .. }), "{why}");
 }

@@ -135,7 +135,7 @@ fn operations_of_two_tools_in_one_job_are_those_of_two_jobs() {
 }
 
 /// Returns a job with two tools on a few passes, for a control.
-fn two_tools(dialect: &str) -> JobFolder {
+pub(crate) fn two_tools(dialect: &str) -> JobFolder {
     let job = blink_patch();
     let mut file = job.json("job.json");
     file.as_object_mut().expect("an object").remove("tool");
@@ -164,7 +164,7 @@ fn two_tools(dialect: &str) -> JobFolder {
 }
 
 /// Verifies a program of all tools; returns its exit code, what it printed, and its errors.
-fn verified(job: &JobFolder, program: &str) -> CommandOutput {
+pub(crate) fn verified(job: &JobFolder, program: &str) -> CommandOutput {
     let words = ["verify".into(), job.path(program).into_os_string(), "--job".into(), job.job().into()];
     let output = run::<OsString>(&words);
     let (code, errors) = code_and_errors(&output);

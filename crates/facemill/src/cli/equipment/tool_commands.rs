@@ -5,7 +5,9 @@ use std::process::ExitCode;
 
 use clap::{Subcommand, ValueEnum};
 use facemill::drawing::assembly_svg::assembly_svg;
-use facemill::tool_library::{TableUnit, linuxcnc_table, siemens_tool_data};
+use facemill::tool_library::{
+    G10Control, TableUnit, g10_tool_lengths, heidenhain_tool_table, linuxcnc_table, siemens_tool_data,
+};
 use facemill::tool_model::ToolAssembly;
 use facemill::{Failure, files};
 
@@ -73,7 +75,18 @@ pub(crate) enum TableDialect {
     /// Program that sets tool data ($TC_DP…)
     #[value(name = "siemens_840d", alias = "siemens")]
     Siemens,
+    /// Program that sets length registers (G10)
+    Fanuc,
+    /// Program that sets length registers (G10)
+    Haas,
+    /// Program that sets length registers (G10)
+    Mazak,
+    /// Tool table (TOOL.T)
+    Heidenhain,
 }
+
+/// Number of a program that sets length registers.
+const TABLE_PROGRAM: u32 = 9001;
 
 #[derive(Clone, Copy, ValueEnum)]
 pub(crate) enum UnitName {
@@ -169,6 +182,10 @@ fn write_table(
     let text = match dialect {
         TableDialect::LinuxCnc => linuxcnc_table(&tools, unit),
         TableDialect::Siemens => siemens_tool_data(&tools, unit),
+        TableDialect::Fanuc => g10_tool_lengths(&tools, unit, G10Control::Fanuc, TABLE_PROGRAM),
+        TableDialect::Haas => g10_tool_lengths(&tools, unit, G10Control::Haas, TABLE_PROGRAM),
+        TableDialect::Mazak => g10_tool_lengths(&tools, unit, G10Control::Mazak, TABLE_PROGRAM),
+        TableDialect::Heidenhain => heidenhain_tool_table(&tools, unit),
     };
     let text = text.map_err(|e| {
         let at_fault = tools.iter().rposition(|tool| Some(tool.number()) == e.number());

@@ -11,6 +11,7 @@ use facemill_nc_program::read::{AxisAt, CallKind, ReadBlock, ReadCall, ReadComma
 use facemill_nc_program::{AxisLetter, ProgramSpec, ReadProgram, write_sections};
 
 use crate::planned::Planned;
+use crate::setup_programs::whole_apt::whole_apt;
 
 /// Program of a clamping with the programs of all of its tools.
 #[derive(Clone, Debug)]
@@ -23,6 +24,8 @@ pub struct JoinedProgram {
     pub name: String,
     /// Its text, and the program of each tool in it; or the reason why there is none.
     pub joined: JoinedText,
+    /// Name and text of the APT file of all tools, if there is a program.
+    pub apt: Option<(String, Vec<u8>)>,
 }
 
 /// Text with the parts of all tools, or the reason why there is none.
@@ -69,7 +72,10 @@ pub fn joined_programs<T>(job: &Job, planned: &[(Planned, T)]) -> Result<Vec<Joi
         let number = (setups.len() + all.len()) as u32;
         let of_tools = of.clone().map(|k| setups[k].name.clone()).collect();
         let joined = joined(job, (&name, number), &made, of)?;
-        all.push(JoinedProgram { setup: name, setups: of_tools, name: file, joined });
+        let part = format!("{} - {name}", job.file.name);
+        let apt = joined.as_ref().ok().and_then(|(text, _)| whole_apt(&part, &made, (&file, text)));
+        let apt = apt.map(|text| (format!("program{suffix}.apt"), text));
+        all.push(JoinedProgram { setup: name, setups: of_tools, name: file, joined, apt });
     }
     Ok(all)
 }
@@ -185,7 +191,8 @@ fn is_same(
     }
 }
 
-fn is_same_block(a: &ReadBlock, b: &ReadBlock) -> bool {
+/// Returns whether two blocks have the same motion, feed, state of the control and commands.
+pub(crate) fn is_same_block(a: &ReadBlock, b: &ReadBlock) -> bool {
     a.motion == b.motion
         && a.compensation == b.compensation
         && a.lengths == b.lengths
