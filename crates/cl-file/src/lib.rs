@@ -2,15 +2,15 @@
 //!
 //! [`write_apt`] writes an [`AptSpec`]; [`read_apt`] reads files of this and other systems to an
 //! [`AptFile`], with every statement kept, even with an unknown word. [`is_cl_file`] distinguishes
-//! a CL file from the program of a control. [`arc_chords`], [`csys_frame`] and the checks beside them
-//! are common to all that use the points of a file.
+//! a CL file from the program of a control. [`arc_chords`], [`csys_frame`] and the checks beside
+//! them are common to all that use the points of a file.
 //!
 //! Modules; each imports only those above it:
 //!
 //! | module | holds |
 //! |---|---|
 //! | `apt_file` | points, statements and their meaning |
-//! | `words` | words that say how points are to be taken: frames, units, motions that are not followed |
+//! | `words` | frames, units, and words that move the tool in ways that are not followed |
 //! | `chords` | arcs as chords |
 //! | `statement` | statements of a text: words, numbers, continued lines |
 //! | `arc` | arcs of CIRCLE, MOVARC and TLON |
