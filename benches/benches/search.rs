@@ -30,8 +30,10 @@ fn scene(c: &mut Criterion, scene: &Scene, passes: &[Vec<CcPoint>], tool: &ToolA
             scene.cc.iter().filter(|cc| search(&test, cc, &curve, &settings, 0.0, None, &mut hints).is_ok()).count()
         });
     });
-    let tasks: Vec<PassTask> =
-        passes.iter().map(|p| PassTask { pass: Pass::new(p.clone()), curve, strips: Vec::new() }).collect();
+    let tasks: Vec<PassTask> = passes
+        .iter()
+        .map(|p| PassTask { pass: Pass::new(p.clone()), curve, strips: Vec::new(), given: Vec::new() })
+        .collect();
     let points: usize = passes.iter().map(Vec::len).sum();
     group.throughput(Throughput::Elements(points as u64));
     let smooth = SmoothSettings { feed: 20.0, cusp: 0.1, strip: Strip { step_over, curvature: 0.0 } };

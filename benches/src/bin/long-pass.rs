@@ -31,7 +31,12 @@ fn main() {
         let p = spec.at(2900.0 * k as f64 / (points - 1) as f64 - 1450.0, 10.0);
         CcPoint::new(p.point, p.normal.into_inner(), Vector3::x()).expect("the patch is nowhere vertical")
     };
-    let task = PassTask { pass: Pass::new((0..points).map(cc).collect()), curve: search_curve(), strips: Vec::new() };
+    let task = PassTask {
+        pass: Pass::new((0..points).map(cc).collect()),
+        curve: search_curve(),
+        strips: Vec::new(),
+        given: Vec::new(),
+    };
     // Every tenth point a layer.
     let settings = PassSettings {
         search: SearchSettings::default(),

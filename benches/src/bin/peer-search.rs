@@ -47,7 +47,8 @@ fn main() {
         println!("{scene}: search at {} points {seconds:.2} s, {planned} feasible", points.len());
     };
     single(&scene);
-    let task = |points: Vec<CcPoint>| PassTask { pass: Pass::new(points), curve, strips: Vec::new() };
+    let task =
+        |points: Vec<CcPoint>| PassTask { pass: Pass::new(points), curve, strips: Vec::new(), given: Vec::new() };
     let tasks: Vec<PassTask> = passes(family, mesh).into_iter().map(task).collect();
     let n: usize = tasks.iter().map(|t| t.pass.points.len()).sum();
     let smooth = SmoothSettings { feed: 20.0, cusp: 0.1, strip: Strip { step_over: STEP_OVER, curvature: 0.0 } };

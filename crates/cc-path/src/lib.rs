@@ -96,7 +96,7 @@ pub use crate::error::{PathError, Remedy};
 pub use crate::layout::generate_passes::{LaidPass, PassLayout, lay_passes};
 pub use crate::layout::offset::rolling_ball::CornerRest;
 pub use crate::left_region::{LeftIsland, LeftRegion, StockHeight, StripPoint};
-pub use crate::project::{ProjectSettings, project};
+pub use crate::project::{ProjectSettings, feed_along, project};
 pub use crate::samples::{RegionSample, RequestedRegion, RequestedStrategy};
 pub use crate::strategy::Strategy;
 pub use crate::strategy::settings::LaySettings;

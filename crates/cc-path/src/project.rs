@@ -72,11 +72,8 @@ fn project_pass(
             Some(normals) => checked_normal(pass, point, work_from_path * Vector3::from(normals[point]), &smooth)?,
             None => smooth,
         };
-        CcPoint::new(at.position, normal.into_inner(), feed(&positions, point)).map_err(|source| PathError::Point {
-            pass,
-            point,
-            source,
-        })
+        CcPoint::new(at.position, normal.into_inner(), feed_along(&positions, point))
+            .map_err(|source| PathError::Point { pass, point, source })
     };
     found.iter().enumerate().map(cc).collect::<Result<_, _>>().map(Pass::new)
 }
@@ -96,9 +93,12 @@ fn checked_normal(
     Ok(Unit::new_normalize(given))
 }
 
-/// Direction of the curve through the points, exact for a parabola through three of them; none
-/// where it turns back, by more than 120°.
-fn feed(positions: &[Point3<f64>], k: usize) -> Vector3<f64> {
+/// Returns the direction of the curve through the points at the one of index `k`, exact for a
+/// parabola through three of them; zero where it turns back, by more than 120°.
+///
+/// # Panics
+/// If there is no point of that index.
+pub fn feed_along(positions: &[Point3<f64>], k: usize) -> Vector3<f64> {
     let before = k.checked_sub(1).map(|j| positions[k] - positions[j]);
     let after = positions.get(k + 1).map(|p| p - positions[k]);
     match (before, after) {

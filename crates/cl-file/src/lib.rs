@@ -2,13 +2,16 @@
 //!
 //! [`write_apt`] writes an [`AptSpec`]; [`read_apt`] reads files of this and other systems to an
 //! [`AptFile`], with every statement kept, even with an unknown word. [`is_cl_file`] distinguishes
-//! a CL file from the program of a control.
+//! a CL file from the program of a control. [`arc_chords`], [`csys_frame`] and the checks beside
+//! them are common to all that use the points of a file.
 //!
 //! Modules; each imports only those above it:
 //!
 //! | module | holds |
 //! |---|---|
 //! | `apt_file` | points, statements and their meaning |
+//! | `words` | frames, units, and words that move the tool in ways that are not followed |
+//! | `chords` | arcs as chords |
 //! | `statement` | statements of a text: words, numbers, continued lines |
 //! | `arc` | arcs of CIRCLE, MOVARC and TLON |
 //! | `reader` | statements to points and their meaning |
@@ -18,13 +21,17 @@
 
 mod apt_file;
 mod arc;
+mod chords;
 mod reader;
 mod statement;
+mod words;
 mod writer;
 
 pub use apt_file::{
     AptArc, AptCoolant, AptCutter, AptFile, AptMeaning, AptMove, AptPoint, AptPointKind, AptSpec, AptStatement,
     AptUnknownWord, is_cl_file,
 };
+pub use chords::arc_chords;
 pub use reader::read_apt;
+pub use words::{ClFault, ClSystems, check_units, check_word, csys_frame, free_text, major_word};
 pub use writer::write_apt;

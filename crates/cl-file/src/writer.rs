@@ -8,23 +8,30 @@ use facemill_nc_program::SpindleSpec;
 use facemill_nc_program::WriteError;
 use facemill_nc_program::words::number_text;
 
-/// Decimals of tip coordinates, mm.
-const TIP_DECIMALS: u8 = 5;
+/// Decimals of tip coordinates, mm: the written tip is at most 0.09e-6 mm from the given one. One
+/// less is 0.9e-6 mm, and leaves nothing of a millionth for the axis.
+const TIP_DECIMALS: u8 = 7;
 
-/// Decimals of axis components: the written axis is a unit vector to 1e-7 and at most 1e-7 rad from
-/// the given one.
-const AXIS_DECIMALS: u8 = 7;
+/// Decimals of axis components: the written axis is at most 0.9e-10 rad from the given one, which
+/// moves an axis of the machine 1 m away by 0.09e-6 mm, and by less than 0.9e-6 mm down to 6° from
+/// the pole, where the axis nearest to the workpiece turns ten times as far. One less is 0.9e-6 mm
+/// even at a right angle.
+const AXIS_DECIMALS: u8 = 10;
+
+/// Decimals of the measures of the cutter, mm.
+const CUTTER_DECIMALS: u8 = 5;
 
 /// Number of columns of a statement; longer ones are continued behind `$`.
 const LINE_LENGTH: usize = 72;
 
-/// Writes the APT file, with `\n` line ends: tip (1e-5 mm) and axis (1e-7) in the workpiece frame,
-/// tip feeds in mm/min.
+/// Writes the APT file, with `\n` line ends: tip (1e-7 mm) and axis (1e-10) in the workpiece frame,
+/// tip feeds in mm/min. Axis values of a machine from its points are within 1e-6 mm of those from
+/// the given ones, with the tip up to 1 m from its rotary axes and away from its pole.
 ///
 /// # Errors
 /// When a number is not finite or too large, or a feed or speed is not positive.
 pub fn write_apt(spec: &AptSpec) -> Result<String, WriteError> {
-    let mut writer = AptWriter { text: String::with_capacity(256 + 72 * spec.moves.len()), feed: None };
+    let mut writer = AptWriter { text: String::with_capacity(256 + 90 * spec.moves.len()), feed: None };
     writer.header(spec)?;
     for (index, step) in spec.moves.iter().enumerate() {
         match step {
@@ -63,7 +70,7 @@ impl AptWriter {
         let (radius, corner) = (spec.cutter.radius, spec.cutter.corner_radius);
         let values = [2.0 * radius, corner, radius - corner, corner, 0.0, 0.0, spec.cutter.height];
         let fault = |value| WriteError::Number { place: "cutter".to_owned(), what: "a length", value };
-        let values = values.map(|v| number_text::number(v, TIP_DECIMALS, false).ok_or_else(|| fault(v)));
+        let values = values.map(|v| number_text::number(v, CUTTER_DECIMALS, false).ok_or_else(|| fault(v)));
         let values = values.into_iter().collect::<Result<Vec<_>, _>>()?;
         self.statement("CUTTER/", &values);
         self.line(&format!("LOADTL/{}", spec.tool_number));
@@ -121,8 +128,9 @@ impl AptWriter {
                 self.text.push(',');
                 length += 1;
             }
-            // One column is kept for the comma or the continuation mark.
-            if length + value.len() + 1 > LINE_LENGTH {
+            // Two columns are kept for the comma and the continuation mark behind it.
+            let behind = if k + 1 < values.len() { 2 } else { 0 };
+            if length + value.len() + behind > LINE_LENGTH {
                 self.text.push_str("$\n");
                 length = 0;
             }

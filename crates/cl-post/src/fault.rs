@@ -1,6 +1,7 @@
 //! Reasons why a CL file cannot be posted.
 
 use facemill_cl_data::Cancelled;
+use facemill_cl_file::ClFault;
 use facemill_job::failure::Failure;
 use facemill_nc_program::WriteError;
 
@@ -36,5 +37,11 @@ impl PostFault {
 impl From<Failure> for PostFault {
     fn from(failure: Failure) -> Self {
         Self::Whole(failure.to_string())
+    }
+}
+
+impl From<ClFault> for PostFault {
+    fn from(ClFault { line, why }: ClFault) -> Self {
+        Self::Statement { line, why }
     }
 }

@@ -22,8 +22,7 @@
 //! | `fault` | reasons why a file cannot be posted |
 //! | `scene` | machine, tools and control of a program, options |
 //! | `report` | report of a posted file |
-//! | `arcs` | arcs as chords |
-//! | `statements` | words of statements: frames, cycles, those that move the tool in other ways |
+//! | `statements` | words of statements: their treatment, cycles |
 //! | `steps` | statements of a file as steps of each tool |
 //! | `positions` | axis positions along the moves of a tool |
 //! | `blocks` | positions as blocks with feeds |
@@ -33,7 +32,6 @@
 //!
 //! It must not know the planner.
 
-mod arcs;
 mod blocks;
 mod fault;
 mod feeds;

@@ -1,17 +1,17 @@
 //! Statements of a file as steps of each tool, in the frame of the part.
 
 use facemill_cl_data::{ClPoint, Monitor};
-use facemill_cl_file::{AptCoolant, AptFile, AptMeaning, AptPoint, AptPointKind, AptStatement};
+use facemill_cl_file::{
+    AptCoolant, AptFile, AptMeaning, AptPoint, AptPointKind, AptStatement, ClSystems, arc_chords, check_units,
+    check_word, csys_frame, free_text, major_word,
+};
 use facemill_nc_program::{Coolant, SpindleSpec};
 use nalgebra::Isometry3;
 
-use crate::arcs;
 use crate::fault::PostFault;
 use crate::report::{PostNote, PostedWord, Treatment};
 use crate::scene::{ARC_SHARE, PostOptions};
-use crate::statements::{
-    Cycle, Systems, WordCounts, check_units, check_unknown, frame, free_text, is_operation, is_text, major_word,
-};
+use crate::statements::{Cycle, WordCounts, is_operation, is_text};
 
 /// Content of a file, tool by tool.
 #[derive(Debug, Default)]
@@ -116,7 +116,7 @@ struct StepReader<'a> {
     cycle: Option<Cycle>,
     /// The last CUTTER: line, diameter and corner radius, mm.
     cutter: Option<(u32, f64, f64)>,
-    systems: Systems,
+    systems: ClSystems,
     /// Moves of all parts.
     n_moves: usize,
     /// Whether a length was read.
@@ -155,7 +155,7 @@ impl<'a> StepReader<'a> {
             coolant: Coolant::Off,
             cycle: None,
             cutter: None,
-            systems: Systems::default(),
+            systems: ClSystems::default(),
             n_moves: 0,
             has_lengths: false,
             is_ended: false,
@@ -196,7 +196,7 @@ impl<'a> StepReader<'a> {
             AptMeaning::Stop { optional: true } => self.note(line, "OPSTOP is not written"),
             AptMeaning::Frame(Some(rows)) => {
                 self.has_lengths = true;
-                self.frame = frame(rows, line)?;
+                self.frame = csys_frame(rows, line)?;
             }
             AptMeaning::RadiusCompensation(true) => {
                 self.systems.check_offset(line)?;
@@ -230,7 +230,8 @@ impl<'a> StepReader<'a> {
 
     fn comment(&mut self, statement: &AptStatement) -> Result<(), PostFault> {
         if statement.text.starts_with("$$") {
-            self.out.notes.extend(self.systems.comment(statement)?);
+            let note = self.systems.comment(statement)?;
+            self.out.notes.extend(note.map(|text| PostNote::at(statement.line, text)));
             return Ok(());
         }
         let word = major_word(&statement.text);
@@ -334,8 +335,11 @@ impl<'a> StepReader<'a> {
     }
 
     fn unknown(&mut self, statement: &AptStatement) -> Result<(), PostFault> {
-        check_unknown(statement)?;
-        if major_word(&statement.text) == "MSYS" { self.systems.nx(statement) } else { Ok(()) }
+        check_word(statement)?;
+        if major_word(&statement.text) == "MSYS" {
+            self.systems.nx(statement)?;
+        }
+        Ok(())
     }
 
     fn point(&mut self, index: usize, point: &AptPoint) -> Result<(), PostFault> {
@@ -435,8 +439,8 @@ impl<'a> StepReader<'a> {
             let why = "the arc needs a point before it, and its centre and axis as six numbers";
             return Err(PostFault::at(before.map_or(point.line, |s| s.line), why));
         };
-        let arc = arcs::moved(arc, &self.frame);
-        let chords = arcs::chords(&from, &cl, &arc, ARC_SHARE * self.options.tolerance);
+        let arc = arc.transformed(&self.frame);
+        let chords = arc_chords(&from, &cl, &arc, ARC_SHARE * self.options.tolerance);
         let chords = chords.map_err(|why| PostFault::at(point.line, why))?;
         self.part.arcs += 1;
         self.count_moves(chords.len() - 1, point.line)?;

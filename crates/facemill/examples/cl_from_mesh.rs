@@ -51,8 +51,11 @@ fn main() -> Result<(), Box<dyn Error>> {
     // 4. Postures: the smallest tilt and rotate of these ranges that is feasible, tilt first.
     let posture = |tilt: f64, rotate: f64| Posture { tilt: tilt.to_radians(), rotate: rotate.to_radians() };
     let curve = SearchCurve::new(posture(2.0, 0.0), posture(15.0, -85.0), SearchOrder::TiltFirst, 1.0)?;
-    let tasks: Vec<PassTask> =
-        laid.passes.into_iter().map(|p| PassTask { pass: p.pass, curve, strips: Vec::new() }).collect();
+    let tasks: Vec<PassTask> = laid
+        .passes
+        .into_iter()
+        .map(|p| PassTask { pass: p.pass, curve, strips: Vec::new(), given: Vec::new() })
+        .collect();
     let settings = PassSettings {
         search: SearchSettings::default(),
         mode: PostureMode::Smallest,

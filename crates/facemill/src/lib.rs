@@ -38,6 +38,9 @@ mod pages {
     #[doc = include_str!("../../cl-file/README.md")]
     struct ClFile;
 
+    #[doc = include_str!("../../cl-path/README.md")]
+    struct ClPath;
+
     #[doc = include_str!("../../cl-post/README.md")]
     struct ClPost;
 
@@ -108,6 +111,7 @@ pub use facemill_channel_pair as channel_pair;
 pub use facemill_chip_area as chip_area;
 pub use facemill_cl_data as cl_data;
 pub use facemill_cl_file as cl_file;
+pub use facemill_cl_path as cl_path;
 pub use facemill_cl_post as cl_post;
 pub use facemill_cutter_location as cutter_location;
 pub use facemill_drawing as drawing;

@@ -2,6 +2,7 @@
 
 pub(crate) mod after_programs;
 pub mod cell;
+pub mod cl_path;
 pub mod left_stock;
 pub mod pass_surface;
 pub mod path;

@@ -172,6 +172,12 @@ fn check_pair(job: &JobFile, k: usize, pair: &PairFile) -> Result<(), String> {
         if operation.head != head {
             return Err(format!("{at}: \"{name}\" is of head {}, must be of head {head}", operation.head));
         }
+        if operation.keeps_axes() {
+            return Err(format!(
+                "{at}: \"{name}\" keeps the axes of a CL file, and a pair chooses them: let path.cl.axes be \"searched\", or leave it \
+                 out of the pair"
+            ));
+        }
         let again = job.pairs[..k].iter().any(|p| p.first == *name || p.second == *name);
         if again {
             return Err(format!("{at}: \"{name}\" is in a pair already"));
@@ -322,6 +328,13 @@ fn check_operation(at: &Field, o: &OperationFile) -> Result<(), String> {
     {
         return Err(format!(
             "{}.path.strategy.linking: zigzag cuts climb and conventional by turns, so direction must be \"either\"",
+            at.0
+        ));
+    }
+    if o.keeps_axes() && o.direction != DirectionFile::Either {
+        return Err(format!(
+            "{}.path.cl.axes: kept cuts the passes as the file has them, so direction must be \"either\"; uncut_side says \
+             where the uncut stock lies",
             at.0
         ));
     }

@@ -2,6 +2,7 @@
 
 pub(crate) mod chip_files;
 pub(crate) mod chip_points;
+pub(crate) mod cl_paths;
 pub(crate) mod cusps_kept;
 pub(crate) mod efficiencies;
 pub(crate) mod left_above;

@@ -2,6 +2,8 @@
 
 pub mod pole;
 
+use std::f64::consts::TAU;
+
 use facemill_cl_data::{Cancelled, CcPoint, Monitor, Pass, Posture};
 use facemill_cutter_location::{
     Configuration, FeasiblePose, Hints, Infeasible, Outcome, PassSettings, PoseTest, SearchCurve, SearchSettings,
@@ -93,6 +95,8 @@ pub struct LaidTask {
     pub uncut_left: bool,
     /// Search curve.
     pub curve: SearchCurve,
+    /// Posture of every point, where the path prescribes them; else empty.
+    pub given: Vec<Posture>,
 }
 
 /// Splits passes where points are infeasible, and where the machine changes to its other branch. A
@@ -315,7 +319,9 @@ fn middle(a: &Cut, b: &Cut) -> Option<(CcPoint, Posture)> {
     let cc = CcPoint::new(position, a.cc.normal.lerp(&b.cc.normal, 0.5), a.cc.feed.lerp(&b.cc.feed, 0.5)).ok()?;
     let mean = |p: f64, q: f64| 0.5 * (p + q);
     let (p, q) = (a.pose.posture, b.pose.posture);
-    Some((cc, Posture { tilt: mean(p.tilt, q.tilt), rotate: mean(p.rotate, q.rotate) }))
+    // The shorter way round, for axes that lean back; half a turn goes the way of the numbers.
+    let turns = ((q.rotate - p.rotate) / (TAU * (1.0 + 1e-9))).round();
+    Some((cc, Posture { tilt: mean(p.tilt, q.tilt), rotate: mean(p.rotate, q.rotate - turns * TAU) }))
 }
 
 /// Tests the outcomes of the first place again in another place of the pattern, and (where the mode

@@ -47,6 +47,7 @@ impl<'a> OperationRegion<'a> {
         let (file, strategy) = match &operation.path {
             PathFile::Strategy(s) => (s.region.clone(), Some(s.strategy.to_strategy().map_err(wrong)?)),
             PathFile::File(f) => (f.region.clone(), None),
+            PathFile::Cl(f) => (f.region.clone(), None),
         };
         let mut region = file.to_region().map_err(wrong)?;
         region.groups = region.groups.or_else(|| Some(setup.drive_groups.clone()));

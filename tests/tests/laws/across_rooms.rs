@@ -196,6 +196,7 @@ fn a_rigid_motion_of_part_and_mounting_moves_the_plan_with_it() {
                 pass: Pass::new(p.iter().map(|cc| cc.transformed(moved)).collect()),
                 curve,
                 strips: Vec::new(),
+                given: Vec::new(),
             })
             .collect();
         plan_passes(&PoseTest::new(&cell), &tasks, &settings, &Silent).unwrap()

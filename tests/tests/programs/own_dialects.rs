@@ -45,7 +45,8 @@ fn planned(job: &JobFolder, extension: &str) -> (String, Value) {
 /// Tips and axes of the APT file, and whether each is a rapid.
 fn goto(apt: &str) -> Vec<(TipAndAxis, bool)> {
     let (mut points, mut rapid) = (Vec::new(), false);
-    for line in apt.lines() {
+    // A statement goes on behind `$`.
+    for line in apt.replace("$\n", "").lines() {
         rapid |= line == "RAPID";
         let Some(rest) = line.strip_prefix("GOTO/") else { continue };
         let n: Vec<f64> = rest.split(',').map(|v| v.trim().parse().expect("a number")).collect();

@@ -51,7 +51,8 @@ fn text_with(planned: &Planned, ending: &str) -> String {
 /// A pose of the plan in the frame of the words, from the APT file.
 fn planned_poses(job: &JobFolder, planned: &Planned) -> Vec<(Point3<f64>, Vector3<f64>)> {
     let words_from_work = words_from_work(job);
-    let text = text_with(planned, ".apt");
+    // A statement goes on behind `$`.
+    let text = text_with(planned, ".apt").replace("$\n", "");
     let all = text.lines().filter_map(|l| l.strip_prefix("GOTO/"));
     all.map(|line| {
         let n: Vec<f64> = line.split(',').map(|n| n.trim().parse().unwrap()).collect();

@@ -26,7 +26,7 @@ use crate::search::lattice::Lattice;
 /// feasible, and the band is bent there. A point for which that fails gets the first feasible
 /// posture of its curve, or one beside the curve, so every point that `Smallest` plans is planned.
 ///
-/// `Fixed` and `Toward` take the prescribed posture or none.
+/// `Fixed`, `Toward` and `Given` take the prescribed posture or none.
 ///
 /// Every returned pose has been tested. The result does not depend on the number of threads. The
 /// monitor advances by one for every CC point.
@@ -55,11 +55,12 @@ pub fn plan_passes(
             PostureMode::Fixed(amount) => {
                 let turn = if task.curve.end().rotate < 0.0 { -1.0 } else { 1.0 };
                 let posture = Posture { rotate: turn * amount.rotate, ..*amount };
-                prescribed(test, task, |_| Some(posture), monitor)
+                prescribed(test, task, |_, _| Some(posture), monitor)
             }
             PostureMode::Toward(target) => {
-                prescribed(test, task, |cc| target.axis_at(cc).map(|axis| cc.posture_of(&axis)), monitor)
+                prescribed(test, task, |_, cc| target.axis_at(cc).map(|axis| cc.posture_of(&axis)), monitor)
             }
+            PostureMode::Given => prescribed(test, task, |k, _| task.given.get(k).copied(), monitor),
         })
         .collect()
 }
@@ -99,15 +100,15 @@ impl Grounds {
 fn prescribed(
     test: &PoseTest<'_>,
     task: &PassTask,
-    posture: impl Fn(&CcPoint) -> Option<Posture>,
+    posture: impl Fn(usize, &CcPoint) -> Option<Posture>,
     monitor: &dyn Monitor,
 ) -> Result<PlannedPass, Cancelled> {
     let mut hints = Hints::default();
     let mut near = None;
     let mut outcomes: Vec<Outcome> = Vec::with_capacity(task.pass.points.len());
-    for cc in &task.pass.points {
+    for (k, cc) in task.pass.points.iter().enumerate() {
         monitor.checkpoint()?;
-        let outcome = match posture(cc).filter(|p| p.tilt < std::f64::consts::FRAC_PI_2) {
+        let outcome = match posture(k, cc).filter(|p| p.tilt < std::f64::consts::FRAC_PI_2) {
             Some(posture) => test.try_posture(cc, posture, near.as_ref(), &mut hints),
             None => Err(Infeasible::FromBelow),
         };

@@ -21,6 +21,8 @@ pub enum PostureMode {
     Fixed(Posture),
     /// The tool axis through a point or line.
     Toward(AxisTarget),
+    /// At every point that of the task ([`PassTask::given`]).
+    Given,
 }
 
 /// Settings of the cheapest sequence of postures.
@@ -85,7 +87,7 @@ impl PassSettings {
     pub fn fallback(&self) -> Option<&SearchSettings> {
         match self.mode {
             PostureMode::Smallest | PostureMode::Smooth(_) => Some(&self.search),
-            PostureMode::Fixed(_) | PostureMode::Toward(_) => None,
+            PostureMode::Fixed(_) | PostureMode::Toward(_) | PostureMode::Given => None,
         }
     }
 }
@@ -99,6 +101,9 @@ pub struct PassTask {
     pub curve: SearchCurve,
     /// Strip between each point and the neighbouring pass; may be empty if none is known.
     pub strips: Vec<Option<Strip>>,
+    /// Posture of every point in the mode [`PostureMode::Given`], of any sign of rotate; may be
+    /// empty in others.
+    pub given: Vec<Posture>,
 }
 
 /// A pass with the poses of its points.

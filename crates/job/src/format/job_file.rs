@@ -507,7 +507,13 @@ impl OperationFile {
         match &self.path {
             PathFile::Strategy(strategy) => &strategy.region,
             PathFile::File(file) => &file.region,
+            PathFile::Cl(file) => &file.region,
         }
+    }
+
+    /// Returns whether the tool axes are those of a CL file.
+    pub fn keeps_axes(&self) -> bool {
+        matches!(&self.path, PathFile::Cl(file) if file.axes == ClAxesFile::Kept)
     }
 }
 
@@ -578,6 +584,8 @@ fn default_lean_back_deg() -> f64 {
 pub enum PathFile {
     /// Path file, projected on the drive surface (docs/formats.md#path-file).
     File(PathFromFile),
+    /// CL file (APT) of a CAM system: its cuts become passes (docs/formats.md#cl-file-as-a-path).
+    Cl(PathFromCl),
     /// Passes generated on the drive surface.
     Strategy(PathFromStrategy),
 }
@@ -598,6 +606,45 @@ pub struct PathFromFile {
     /// drive surface.
     #[serde(default)]
     pub region: RegionFile,
+}
+
+/// A path from the cuts of a CL file.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct PathFromCl {
+    /// CL file (APT), relative to the job file, in the workpiece frame. Its tool must be the
+    /// operation's, where it says so (CUTTER).
+    pub file: String,
+    /// Origin of the tool axes.
+    pub axes: ClAxesFile,
+    /// Number of the tool (LOADTL) whose cuts are taken; required if several cut. Default: the only
+    /// one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tool: Option<u32>,
+    /// Largest distance of the file's cutter from the drive surface with its allowance. Motion at
+    /// feed that is farther above it, as entries, exits and links, is left out, and counted; where
+    /// the cutter is deeper in it, the job is refused.
+    #[schemars(range(min = 0.0001, max = 100))]
+    pub max_distance_mm: f64,
+    /// Side of the feed on which the uncut stock lies, seen from outside.
+    #[serde(default)]
+    pub uncut_side: UncutSideFile,
+    /// Region that the passes finish: the remaining material is measured on it. Default: all of the
+    /// drive surface.
+    #[serde(default)]
+    pub region: RegionFile,
+}
+
+/// Origin of the tool axes of passes from a CL file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+#[non_exhaustive]
+pub enum ClAxesFile {
+    /// Those of the file, with its tips: mode and ranges of `search` do not count, and points where
+    /// the pose is not feasible are left out. Only with direction `either`.
+    Kept,
+    /// Searched by `search` at the places where the file's cutter touches the drive surface.
+    Searched,
 }
 
 /// A side of the feed, seen from outside the part.

@@ -64,6 +64,10 @@ fn names_mut(file: &mut JobFile) -> Vec<&mut String> {
                 names.push(&mut path.file);
                 &mut path.region
             }
+            PathFile::Cl(path) => {
+                names.push(&mut path.file);
+                &mut path.region
+            }
             PathFile::Strategy(strategy) => &mut strategy.region,
         };
         names.extend(region.left_above.iter_mut().flat_map(|left| left.of.files_mut()));

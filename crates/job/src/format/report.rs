@@ -2,6 +2,7 @@
 //! program. Deterministic; wall times go to a separate file.
 
 pub mod chips;
+pub mod cl_paths;
 pub mod cusps;
 pub mod deviation;
 pub mod efficiency;
@@ -28,6 +29,7 @@ use crate::format::job_settings::JobSetting;
 use crate::format::made_from::MadeFrom;
 use crate::format::program_stamp::ProgramStamp;
 use crate::format::program_times::ProgramTimes;
+use crate::format::report::cl_paths::ClPathReport;
 use crate::format::report::efficiency::EfficiencyReport;
 use crate::format::report::left_above::LeftAboveReport;
 use crate::format::report::links::LinksReport;
@@ -109,6 +111,9 @@ pub struct Report {
     /// any.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub left_above: Vec<LeftAboveReport>,
+    /// Deviations of the operations whose path is a CL file from this file; absent without any.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub cl_paths: Vec<ClPathReport>,
     /// How the postures of each operation were chosen, and the resulting motion of the rotary axes.
     pub postures: Vec<PosturesReport>,
     /// Whether each operation's passes keep the permitted cusp, the measures taken for it, and
@@ -335,8 +340,8 @@ pub struct Worst {
 pub struct PosturesReport {
     /// Operation.
     pub operation: String,
-    /// Mode of the job.
-    pub mode: PostureModeFile,
+    /// Mode of the job; `null` where the axes are those of a CL file.
+    pub mode: Option<PostureModeFile>,
     /// Distance of the sequence of postures of the first place of a pattern from the optimum;
     /// `null` in modes that seek none, and for operations in a pair.
     pub optimum: Option<OptimumReport>,

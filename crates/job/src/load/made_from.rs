@@ -127,6 +127,7 @@ pub(crate) fn named(file: &JobFile) -> impl Iterator<Item = &str> {
     let of_operations = file.operations.iter().flat_map(|operation| {
         let (path, region) = match &operation.path {
             PathFile::File(path) => (Some(path.file.as_str()), &path.region),
+            PathFile::Cl(path) => (Some(path.file.as_str()), &path.region),
             PathFile::Strategy(strategy) => (None, &strategy.region),
         };
         path.into_iter().chain(region.left_above.iter().flat_map(|left| left.of.files()))

@@ -142,6 +142,7 @@ pub fn search_curve(job: &Job, operation: &OperationFile, uncut_left: bool) -> R
 pub fn pass_settings(operation: &OperationFile) -> PassSettings {
     let tolerances = &operation.tolerances;
     let mode = match &operation.search.mode {
+        _ if operation.keeps_axes() => PostureMode::Given,
         PostureModeFile::Smallest => PostureMode::Smallest,
         PostureModeFile::Smooth => PostureMode::Smooth(SmoothSettings {
             feed: operation.feeds.cutting_mm_min / 60.0,

@@ -71,12 +71,16 @@ pub fn left_region(
     if let Some(found) = known().get(&operation.name) {
         return Ok(Some(found.clone()));
     }
-    let kind = if matches!(operation.path, PathFile::File(_)) { "file" } else { "strategy" };
+    let kind = match operation.path {
+        PathFile::File(_) => "file",
+        PathFile::Cl(_) => "cl",
+        PathFile::Strategy(_) => "strategy",
+    };
     let at = format!("operation \"{}\": path.{kind}.region.left_above", operation.name);
     let wrong = |message: String| job.wrong(format!("{at}: {message}"));
     let strategy = match &operation.path {
         PathFile::Strategy(s) => Some(s.strategy.to_strategy().map_err(|e| wrong(e.to_string()))?),
-        PathFile::File(_) => None,
+        PathFile::File(_) | PathFile::Cl(_) => None,
     };
     let extended = extended_region(job, setup, operation)?;
     let (surface, region) = pass_surface(setup, extended.as_deref(), region.clone());

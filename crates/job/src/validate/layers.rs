@@ -48,8 +48,9 @@ pub(crate) fn check_extension(k: usize, operation: &OperationFile) -> Result<(),
         return Ok(());
     }
     let PathFile::Strategy(strategy) = &operation.path else {
+        let kind = if matches!(operation.path, PathFile::Cl(_)) { "cl" } else { "file" };
         return Err(format!(
-            "operations[{k}].path.file.region.extend_mm: a path file has all its points; leave it out"
+            "operations[{k}].path.{kind}.region.extend_mm: a path file has all its points; leave it out"
         ));
     };
     if strategy.strategy.to_strategy().is_ok_and(|s| s.follows_groups()) {

@@ -7,7 +7,7 @@ use facemill_inverse_kinematics::{Carrier, Machine};
 use facemill_tool_model::ToolAssembly;
 
 use crate::format::job_file::{
-    ApproachFile, ArcFile, JobFile, OperationFile, PathFile, PathFromFile, PathFromStrategy, SetupFile,
+    ApproachFile, ArcFile, JobFile, OperationFile, PathFile, PathFromCl, PathFromFile, PathFromStrategy, SetupFile,
 };
 use crate::frames::diagonal;
 use crate::validate::{FARTHEST, Field};
@@ -63,8 +63,9 @@ const LARGEST_STRAIGHT: f64 = 1000.0;
 ///
 /// Fineness: below the smallest steps and tolerances a program has more blocks than a control can
 /// read; the generation of passes counts the resulting points.
-pub const OPERATION_LIMITS: [JobLimit<OperationFile>; 44] = [
+pub const OPERATION_LIMITS: [JobLimit<OperationFile>; 45] = [
     limit("path.file.max_distance_mm", |o| path_file(o).map(|f| f.max_distance_mm), 0.0, FARTHEST),
+    limit("path.cl.max_distance_mm", |o| path_cl(o).map(|f| f.max_distance_mm), 1e-4, 100.0),
     limit("path.strategy.edge_margin_mm", |o| strategy(o).map(|s| s.edge_margin_mm), 0.0, FARTHEST),
     limit("path.strategy.min_pass_length_mm", |o| strategy(o).map(|s| s.min_pass_length_mm), 0.0, FARTHEST),
     limit("path.strategy.width_rounds", |o| strategy(o).map(|s| f64::from(s.width_rounds)), 0.0, 3.0),
@@ -135,14 +136,18 @@ pub const JOB_LIMITS: [JobLimit<JobFile>; 2] = [
 fn path_file(o: &OperationFile) -> Option<&PathFromFile> {
     match &o.path {
         PathFile::File(f) => Some(f),
-        PathFile::Strategy(_) => None,
+        PathFile::Cl(_) | PathFile::Strategy(_) => None,
     }
+}
+
+fn path_cl(o: &OperationFile) -> Option<&PathFromCl> {
+    if let PathFile::Cl(f) = &o.path { Some(f) } else { None }
 }
 
 fn strategy(o: &OperationFile) -> Option<&PathFromStrategy> {
     match &o.path {
         PathFile::Strategy(s) => Some(s),
-        PathFile::File(_) => None,
+        PathFile::Cl(_) | PathFile::File(_) => None,
     }
 }
 

@@ -123,7 +123,7 @@ fn path_of<'p>(pieces: impl Iterator<Item = &'p PassSegment>, place: &Isometry3<
     for piece in pieces {
         let cuts: Vec<_> = stations(piece).into_iter().map(|k| piece.cuts[k]).collect();
         let pass = Pass::new(cuts.iter().map(|c| c.cc.transformed(&to_first)).collect());
-        path.tasks.push(LaidTask { pass, uncut_left: piece.uncut_left, curve: piece.curve });
+        path.tasks.push(LaidTask { pass, uncut_left: piece.uncut_left, curve: piece.curve, given: Vec::new() });
         let outcomes: Vec<Outcome> = cuts.iter().map(|c| Ok(c.pose)).collect();
         path.outcomes.push(Pass::new(outcomes));
     }

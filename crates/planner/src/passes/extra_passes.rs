@@ -607,7 +607,12 @@ pub(crate) fn pass_tasks(tasks: &[LaidTask], strip: impl Fn(usize, usize) -> Opt
         .enumerate()
         .map(|(pass, task)| {
             let strips = (0..task.pass.points.len()).map(|point| strip(pass, point)).collect();
-            PassTask { pass: task.pass.clone(), curve: task.curve, strips: carried_on(strips) }
+            PassTask {
+                pass: task.pass.clone(),
+                curve: task.curve,
+                strips: carried_on(strips),
+                given: task.given.clone(),
+            }
         })
         .collect()
 }

@@ -1,6 +1,7 @@
 //! One operation on its way to the program: poses, moves, ridges and chips.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use facemill_cl_data::{CcPoint, Posture, Silent};
 use facemill_cutter_location::search::map::{MapRange, map};
@@ -16,6 +17,7 @@ use facemill_job::format::report::WidthRoundReport;
 use facemill_job::frames::places;
 use facemill_job::planning_stock::PlanningStock;
 use facemill_job::setup::cell::{pass_settings, search_settings};
+use facemill_job::setup::cl_path::ClLaid;
 use facemill_job::setup::path::{LaidPath, lay_by_widths};
 use facemill_job::setup::scene::Scene;
 use facemill_job::stages::{BETWEEN, HELP, LAY, LINKS, PICTURE, PLACES, Stages};
@@ -75,6 +77,8 @@ pub(crate) struct PlannedOperation<'a> {
     pub(crate) moves: OperationMoves,
     /// CC points of the path, in all places of the pattern.
     pub(crate) cc_points: usize,
+    /// Passes of a CL file with its poses; `None` of other paths.
+    pub(crate) cl: Option<Arc<ClLaid>>,
     /// Number of pieces of passes that were too short to keep.
     pub(crate) dropped_pieces: usize,
     /// Height of the material that the first pass of a root leaves in a corner without a fillet,
@@ -212,7 +216,11 @@ impl<'a> PlannedOperation<'a> {
         if setup.stock_solid.is_some() && is_own {
             left_out.iter_mut().for_each(LeftOut::explain_stock);
         }
-        let reliefs = reliefs_by_reason(&cell, &left_out, &search_settings(operation), stages)?;
+        let reliefs = match operation.keeps_axes() {
+            // No range of the search would help.
+            true => BTreeMap::new(),
+            false => reliefs_by_reason(&cell, &left_out, &search_settings(operation), stages)?,
+        };
         clock.lap("what would help");
         let (dropped_pieces, corner_rest) = (path.dropped_pieces, path.corner_rest);
         let planned = Self {
@@ -220,6 +228,7 @@ impl<'a> PlannedOperation<'a> {
             operation,
             moves,
             cc_points,
+            cl: path.cl,
             dropped_pieces,
             corner_rest,
             left_out,
@@ -308,7 +317,8 @@ fn reliefs_by_reason(
 /// Chooses the branch nearest to home at the first CC point for all passes, if the job leaves the
 /// branch open: passes on different branches would need links through the pole.
 pub(crate) fn settle_branch(cell: &mut Workcell<'_>, tasks: &[LaidTask]) {
-    let first = tasks.first().and_then(|t| Some((t.pass.points.first()?, t.curve.start())));
+    let start = |t: &LaidTask| t.given.first().copied().unwrap_or_else(|| t.curve.start());
+    let first = tasks.first().and_then(|t| Some((t.pass.points.first()?, start(t))));
     let (BranchPreference::Nearest, Some((cc, posture))) = (cell.preferred_branch, first) else { return };
     let cl = cl_from_cc(cell.tool.cutter(), cc, posture).transformed(&cell.table_from_work);
     if let Ok(q) = cell.machine.nearest_inverse(&cl, cell.tool.gauge_length(), None, BranchPreference::Nearest) {

@@ -52,8 +52,8 @@ pub(crate) fn cusps_kept(planned: &PlannedOperation<'_>) -> CuspsKeptReport {
 /// Returns the reason why there is no pass between: the refusal nearest to the place within the
 /// strip, if there was one.
 fn reason(operation: &OperationFile, extra: &ExtraPasses, place: &Point3<f64>, step_over: f64) -> String {
-    if matches!(operation.path, PathFile::File(_)) {
-        return "passes of a path file are cut unchanged: put them closer".to_owned();
+    if matches!(operation.path, PathFile::File(_) | PathFile::Cl(_)) {
+        return "passes of a file are cut unchanged: put them closer".to_owned();
     }
     let near = extra.refused.iter().map(|(at, why)| ((at - place).norm(), why));
     let nearest = near.filter(|(d, _)| *d <= step_over).min_by(|a, b| a.0.total_cmp(&b.0));

@@ -25,6 +25,7 @@ use crate::passes::engagement::PointEngagement;
 use crate::passes::operation::PlannedOperation;
 use crate::program::timed::Timed;
 use crate::report::chip_points::{chip_points, chips_report};
+use crate::report::cl_paths::cl_path;
 use crate::report::cusps_kept::cusps_kept;
 use crate::report::rotary_motion::rotary_report;
 use crate::report::rotary_reversals::RotaryReversals;
@@ -121,6 +122,7 @@ pub(crate) fn report(
         remaining: None,
         efficiency: Vec::new(),
         left_above: Vec::new(),
+        cl_paths: operations.iter().filter_map(cl_path).collect(),
         postures: operations.iter().zip(jobs).map(|(o, job)| postures_report(job, o)).collect(),
         cusps: operations.iter().map(cusps_kept).collect(),
         chips: chip_reports(jobs, operations, timed),
@@ -170,7 +172,8 @@ fn postures_report(job: &Job, o: &PlannedOperation<'_>) -> PosturesReport {
     let passes: Vec<&[Cut]> = o.moves.pieces.iter().map(|p| p.piece.cuts.as_slice()).collect();
     let rotary = rotary_report(&job.machine, &passes, o.operation.feeds.cutting_mm_min / 60.0);
     let search_proof = o.operation.search.certified_u_width.map(|requested| search_proof(requested, o.widened));
-    let (operation, mode) = (o.operation.name.clone(), o.operation.search.mode.clone());
+    let operation = o.operation.name.clone();
+    let mode = (!o.operation.keeps_axes()).then(|| o.operation.search.mode.clone());
     PosturesReport { operation, mode, optimum, search_proof, rotary }
 }
 

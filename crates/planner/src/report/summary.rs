@@ -1,6 +1,7 @@
 //! Summary that the command line prints at the end.
 
 use facemill_job::duration_text::clock;
+use facemill_job::format::report::cl_paths::ClPathReport;
 use facemill_job::format::report::left_above::LeftAboveReport;
 use facemill_job::format::report::links::{LinksReport, TurnsReport};
 use facemill_job::format::report::pairs::PairReport;
@@ -66,6 +67,7 @@ pub fn summary(report: &Report) -> String {
     lines.extend(report.remaining.iter().flat_map(RemainingReport::summary_lines));
     lines.extend(report.efficiency.iter().map(|e| e.summary_line(report.efficiency.len() > 1)));
     lines.extend(report.left_above.iter().flat_map(LeftAboveReport::summary_lines));
+    lines.extend(report.cl_paths.iter().flat_map(ClPathReport::summary_lines));
     lines.extend(report.cusps.iter().flat_map(cusps_kept));
     let of_single = report.postures.iter().filter_map(|p| p.optimum.as_ref()).map(|o| o.jumps);
     let of_pairs = report.pairs.iter().flat_map(|p| p.posture_jumps);

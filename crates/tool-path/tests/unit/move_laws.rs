@@ -17,7 +17,7 @@ use nalgebra::{Isometry3, Point3, Vector3};
 use crate::linearity::Linearity;
 use crate::moves::{Move, MoveKind, MoveSettings, operation_moves};
 use crate::segments::pole::Tests;
-use crate::segments::{Cut, LaidTask, PassSegment, filled, split};
+use crate::segments::{Cut, Filler, LaidTask, PassSegment, PosePair, filled, split};
 
 pub(crate) fn tool() -> ToolAssembly {
     let section = |length_mm, d| Section { length_mm, diameter_low_mm: d, diameter_high_mm: d };
@@ -100,6 +100,22 @@ pub(crate) fn curve() -> SearchCurve {
     SearchCurve::new(up, Posture { tilt: 0.4, rotate: 1.0 }, SearchOrder::TiltFirst, 1.0).unwrap()
 }
 
+/// Rotates of 170 and -170 deg are 20 deg apart, and not 340.
+#[test]
+fn halfway_between_two_postures_that_lean_back_the_tool_leans_back() {
+    let (machine, tool) = (Machine::head_b_table_c().unwrap(), tool());
+    let tree = MeshTree::new(&plane_with_bump(Point3::new(200.0, 200.0, 0.0), 0.0));
+    let cell = cell(&machine, &tool, &tree);
+    let test = PoseTest::new(&cell);
+    let cuts = [cut(&test, 0.0, 170.0, Branch::Positive), cut(&test, 10.0, -170.0, Branch::Positive)];
+    for (from, to) in [(0, 1), (1, 0)] {
+        let pair = PosePair { from: &cuts[from], to: &cuts[to] };
+        let middle = Filler::new(&test, None, curve()).middle(&pair, &mut Hints::default()).unwrap();
+        let axis = middle.pose.cl.axis;
+        assert!((axis.x + 5f64.to_radians().sin()).abs() < 1e-6 && axis.y.abs() < 1e-6, "{axis:?}");
+    }
+}
+
 #[test]
 fn a_pass_is_split_where_the_branch_changes_and_not_at_the_border() {
     let (machine, tool) = (Machine::head_b_table_c().unwrap(), tool());
@@ -114,7 +130,7 @@ fn a_pass_is_split_where_the_branch_changes_and_not_at_the_border() {
     let of = |x: f64, branch| cut(&test, x, 0.0, branch).pose;
     let outcomes = vec![Ok(of(0.0, plus)), Ok(of(20.0, plus)), Ok(before), Ok(upright), Ok(of(80.0, minus))];
     let pass = Pass::new((0..5).map(|k| cc(20.0 * f64::from(k))).collect());
-    let task = LaidTask { pass, uncut_left: true, curve: curve() };
+    let task = LaidTask { pass, uncut_left: true, curve: curve(), given: Vec::new() };
     let mut left_out = vec![];
     let pieces = split(&test, &[task], &[Pass::new(outcomes)], 0, &mut left_out);
     assert_eq!(pieces.iter().map(|p| p.cuts.len()).collect::<Vec<_>>(), [2, 3]);

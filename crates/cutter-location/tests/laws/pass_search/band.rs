@@ -60,7 +60,7 @@ fn settings(search: SearchSettings, max_turn_per_mm: f64) -> PassSettings {
 }
 
 fn planned(test: &PoseTest<'_>, points: &[CcPoint], curve: SearchCurve, settings: &PassSettings) -> PlannedPass {
-    let task = PassTask { pass: Pass::new(points.to_vec()), curve, strips: Vec::new() };
+    let task = PassTask { pass: Pass::new(points.to_vec()), curve, strips: Vec::new(), given: Vec::new() };
     plan_passes(test, &[task], settings, &Silent).unwrap().remove(0)
 }
 

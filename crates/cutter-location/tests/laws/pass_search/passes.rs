@@ -28,6 +28,7 @@ fn tasks(spec: &PatchSpec, step: f64) -> Vec<PassTask> {
                 pass: Pass::new(points),
                 curve: if k % 2 == 0 { curve } else { curve.mirrored() },
                 strips: Vec::new(),
+                given: Vec::new(),
             }
         })
         .collect()

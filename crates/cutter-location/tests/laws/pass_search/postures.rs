@@ -35,7 +35,7 @@ fn wavy_tasks(spec: &PatchSpec, step: f64) -> Vec<PassTask> {
             let n = (160.0 / step) as usize;
             let points = (0..=n).map(|j| cc_on_patch(spec, -80.0 + step * j as f64, y, Vector3::x())).collect();
             let curve = if k % 2 == 0 { curve } else { curve.mirrored() };
-            PassTask { pass: Pass::new(points), curve, strips: Vec::new() }
+            PassTask { pass: Pass::new(points), curve, strips: Vec::new(), given: Vec::new() }
         })
         .collect()
 }
@@ -73,7 +73,7 @@ fn the_graphs_optimum_is_that_of_all_sequences_and_the_gap_is_true() {
     for (y, feed) in [-60.0, -20.0, 20.0, 60.0].into_iter().flat_map(|y| [(y, 20.0), (y, FAST)]) {
         let points: Vec<CcPoint> =
             (0..7).map(|j| cc_on_patch(&spec, -60.0 + 17.0 * f64::from(j), y, Vector3::x())).collect();
-        let task = PassTask { pass: Pass::new(points.clone()), curve, strips: Vec::new() };
+        let task = PassTask { pass: Pass::new(points.clone()), curve, strips: Vec::new(), given: Vec::new() };
         let planned = plan_passes(
             &test,
             &[task],
@@ -165,7 +165,7 @@ fn nodes_that_do_not_stand_as_seated_leave_the_graph_and_the_gap_of_the_rest_is_
             continue;
         }
         scenes += 1;
-        let task = PassTask { pass: Pass::new(points.clone()), curve, strips: Vec::new() };
+        let task = PassTask { pass: Pass::new(points.clone()), curve, strips: Vec::new(), given: Vec::new() };
         let planned =
             plan_passes(&test, &[task], &settings(PostureMode::Smooth(SMOOTH), 1.0), &Silent).unwrap().remove(0);
         let optimum = planned.optimum.expect("reported for every pass");
@@ -274,7 +274,7 @@ fn smooth_plans_are_the_same_on_one_and_on_two_threads() {
 
 fn one_pass_on_a_plane(curve: SearchCurve) -> PassTask {
     let points = (0..15).map(|k| cc_on_plane(-70.0 + 10.0 * f64::from(k), 5.0)).collect();
-    PassTask { pass: Pass::new(points), curve, strips: Vec::new() }
+    PassTask { pass: Pass::new(points), curve, strips: Vec::new(), given: Vec::new() }
 }
 
 fn on_a_plane(mode: PostureMode, curve: SearchCurve) -> Vec<Outcome> {

@@ -115,7 +115,7 @@ fn the_graphs_optimum_is_that_of_all_branches_and_windings() {
                 continue;
             }
             scenes += 1;
-            let task = PassTask { pass: Pass::new(points.clone()), curve, strips: Vec::new() };
+            let task = PassTask { pass: Pass::new(points.clone()), curve, strips: Vec::new(), given: Vec::new() };
             let settings = PassSettings {
                 search: SearchSettings::default(),
                 mode: PostureMode::Smooth(SMOOTH),

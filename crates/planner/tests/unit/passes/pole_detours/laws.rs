@@ -191,7 +191,8 @@ fn a_direction_serves_only_where_it_is_within_the_ranges_at_every_point() {
         CcPoint::new(position, Vector3::new(sin, 0.0, cos), Vector3::new(cos, 0.0, -sin)).unwrap()
     };
     let pass: Vec<CcPoint> = (-10..=10).map(point).collect();
-    let task = |tilt| PassTask { pass: Pass::new(pass.clone()), curve: ranges(tilt), strips: Vec::new() };
+    let task =
+        |tilt| PassTask { pass: Pass::new(pass.clone()), curve: ranges(tilt), strips: Vec::new(), given: Vec::new() };
     assert!(direction_within_ranges(&task([2.0, 15.0])).is_none());
     let found = direction_within_ranges(&task([2.0, 42.0])).unwrap();
     // From 10 deg before the middle to 10 deg behind it the tilt changes by 20 deg.

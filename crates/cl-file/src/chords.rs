@@ -3,8 +3,9 @@
 use std::f64::consts::{FRAC_PI_2, TAU};
 
 use facemill_cl_data::ClPoint;
-use facemill_cl_file::AptArc;
-use nalgebra::{Point3, Unit, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Point3, Unit, UnitQuaternion, Vector3};
+
+use crate::apt_file::AptArc;
 
 /// Largest difference of the distances of both ends from the axis, mm. Larger would take a wrong
 /// centre for an arc; smaller refuses files in inches with three decimals.
@@ -29,7 +30,7 @@ const MAX_CHORDS: f64 = 100_000.0;
 /// # Errors
 /// If the ends are not on one circle about the axis, the given angle is not that of the turn, or
 /// the arc needs too many chords.
-pub(crate) fn chords(from: &ClPoint, to: &ClPoint, arc: &AptArc, tolerance: f64) -> Result<Vec<ClPoint>, String> {
+pub fn arc_chords(from: &ClPoint, to: &ClPoint, arc: &AptArc, tolerance: f64) -> Result<Vec<ClPoint>, String> {
     let [(start, low), (end, high)] = [from, to].map(|cl| across(&cl.tip, arc));
     let radii = [start.norm(), end.norm()];
     if (radii[0] - radii[1]).abs() > RADIUS_DIFFERENCE || radii[0] < NEARLY_CLOSED {
@@ -96,8 +97,11 @@ fn turn(arc: &AptArc, start: &Vector3<f64>, end: &Vector3<f64>) -> Result<f64, S
     }
 }
 
-/// Returns the arc seen from the frame that its own one is in.
-pub(crate) fn moved(arc: &AptArc, to_from: &nalgebra::Isometry3<f64>) -> AptArc {
-    let axis = Unit::new_normalize(to_from.rotation * arc.axis.into_inner());
-    AptArc { center: to_from * arc.center, axis, ..*arc }
+impl AptArc {
+    /// Returns the same arc after tool and part have moved by `to_from`.
+    #[must_use]
+    pub fn transformed(&self, to_from: &Isometry3<f64>) -> Self {
+        let axis = Unit::new_normalize(to_from.rotation * self.axis.into_inner());
+        Self { center: to_from * self.center, axis, ..*self }
+    }
 }

@@ -1,0 +1,156 @@
+//! Passes of cuts on a plate.
+
+use facemill_cl_file::read_apt;
+use facemill_cl_path::*;
+use facemill_surface_model::Surface;
+use facemill_tool_model::{Cutter, cl_from_cc};
+use nalgebra::{Point3, Vector3};
+
+use crate::plate;
+
+const STEP: f64 = 4.0;
+
+/// A face mill.
+fn mill() -> Cutter {
+    Cutter::new(20.0, 1.5, 8.0).expect("a cutter")
+}
+
+fn laid(plate: &Surface, text: &str, kind: ContactKind, allowance: f64) -> Result<ClPasses, String> {
+    let cutter = mill();
+    let settings = CutSettings { cutter: &cutter, tool: None, chord: 0.01, max_points: 10_000 };
+    let cuts = read_cuts(&read_apt(text).expect("an APT file"), &settings).map_err(|e| e.to_string())?;
+    let settings = LaySettings { kind, max_distance: 0.05, allowance, max_step: STEP, max_points: 10_000 };
+    lay_cuts(plate, &cutter, &cuts, &settings).map_err(|e| e.to_string())
+}
+
+/// Two cuts across a plate of 200 mm with the bottom flat on it, joined at feed beside it.
+fn facing(height: f64) -> String {
+    format!(
+        "UNITS/MM\nRAPID\nGOTO/-160,-15,{height}\nFEDRAT/900\nGOTO/160,-15,{height}\nGOTO/160,15,{height}\nGOTO/-160,15,{height}\n\
+         RAPID\nGOTO/-160,15,50\nFINI\n"
+    )
+}
+
+/// The flat bottom ends 18.5 mm from the axis, and touches from where this is over the plate.
+#[test]
+fn a_face_mill_touches_a_plate_from_border_to_border() {
+    let plate = plate([-100.0, -30.0], [100.0, 30.0]);
+    for kind in [ContactKind::OfTool, ContactKind::OfSurface] {
+        let laid = laid(&plate, &facing(0.0), kind, 0.0).unwrap();
+        assert_eq!((laid.passes.len(), laid.off_surface, laid.first_off), (2, 4, Some(3)), "{kind:?}");
+        assert!(laid.above.mm <= 0.05 && laid.below.mm == 0.0);
+        let tips: Vec<[f64; 2]> = [&laid.passes[0], &laid.passes[1]]
+            .map(|pass| [pass.points[0].cl.tip.x, pass.points[pass.points.len() - 1].cl.tip.x])
+            .to_vec();
+        let ends = match kind {
+            // The corner comes near a little before.
+            ContactKind::OfTool => [[-118.9, 118.9], [118.9, -118.9]],
+            // Places on the plate end at its border, when the leading rim is there.
+            _ => [[-118.9, 84.0], [118.9, -84.0]],
+        };
+        for (tip, end) in tips.iter().zip(ends) {
+            assert!((tip[0] - end[0]).abs() < 0.5, "{kind:?} {tips:?}");
+            assert!((tip[1] - end[1]).abs() < STEP, "{kind:?} {tips:?}");
+        }
+        let steps = laid.passes.iter().flat_map(|pass| pass.points.windows(2));
+        assert!(steps.clone().all(|w| (w[1].cl.tip - w[0].cl.tip).norm() < STEP + 1e-9));
+        if kind == ContactKind::OfSurface {
+            assert!(laid.passes.iter().flat_map(|p| &p.points).all(|p| p.cc.position.x.abs() <= 100.0 + 1e-9));
+        }
+    }
+}
+
+/// Raised by its allowance, each CC point leads back to the file's pose, also where the cut bends.
+#[test]
+fn kept_postures_lead_back_to_the_poses_of_the_file() {
+    let plate = plate([-100.0, -100.0], [100.0, 100.0]);
+    let bent = "UNITS/MM\nMULTAX/ON\nRAPID\nGOTO/-60,0,0.2,0,0,1\nFEDRAT/900\nGOTO/0,0,0.2\nGOTO/0,50,0.2\nGOTO/40,50,0.2\n\
+                RAPID\nGOTO/0,0,50\nRAPID\nGOTO/-50,-40,0.80702,-0.030,0.01,0.9995\nGOTO/30,-40,0.80702\nFINI\n";
+    for allowance in [0.0, 0.2] {
+        let height = 0.2 - allowance;
+        let text =
+            bent.replace(",0.2", &format!(",{}", 0.2 - height)).replace("0.80702", &format!("{}", 0.6062 + allowance));
+        let laid = laid(&plate, &text, ContactKind::OfTool, allowance).unwrap();
+        assert_eq!(laid.passes.len(), 2, "{allowance}");
+        for point in laid.passes.iter().flat_map(|pass| &pass.points) {
+            let mut cc = point.cc;
+            cc.position += cc.normal.into_inner() * allowance;
+            let cl = cl_from_cc(&mill(), &cc, point.posture);
+            assert!((cl.tip - point.cl.tip).norm() < 1e-9, "{allowance}: {point:?}");
+            assert!((cl.axis.into_inner() - point.cl.axis.into_inner()).norm() < 1e-9);
+        }
+    }
+}
+
+#[test]
+fn entries_and_exits_above_the_surface_are_left_out_and_counted() {
+    let plate = plate([-100.0, -100.0], [100.0, 100.0]);
+    let text = "UNITS/MM\nRAPID\nGOTO/-60,0,30\nFEDRAT/900\nGOTO/-50,0,5\nGOTO/-40,0,0\nGOTO/40,0,0\nGOTO/50,0,5\nRAPID\nGOTO/50,0,30\nFINI\n";
+    let laid = laid(&plate, text, ContactKind::OfTool, 0.0).unwrap();
+    assert_eq!((laid.passes.len(), laid.off_surface, laid.first_off), (1, 3, Some(3)));
+    let points = &laid.passes[0].points;
+    assert!((points[0].cl.tip.x + 40.0).abs() < 0.5 && (points[points.len() - 1].cl.tip.x - 40.0).abs() < 0.5);
+    assert!(laid.above.mm <= 0.05 && laid.above.line > 0);
+}
+
+#[test]
+fn a_cut_that_turns_back_is_two_passes() {
+    let plate = plate([-100.0, -100.0], [100.0, 100.0]);
+    let text = "UNITS/MM\nRAPID\nGOTO/-50,0,0\nFEDRAT/900\nGOTO/50,0,0\nGOTO/-50,0,0\nRAPID\nGOTO/50,0,30\nFINI\n";
+    let laid = laid(&plate, text, ContactKind::OfTool, 0.0).unwrap();
+    let feeds: Vec<f64> = laid.passes.iter().map(|pass| pass.points[0].cc.feed.x).collect();
+    assert_eq!(feeds, [1.0, -1.0]);
+}
+
+#[test]
+fn files_of_another_place_or_side_are_refused_with_line_and_figures() {
+    let plate = plate([-100.0, -30.0], [100.0, 30.0]);
+    let refused = |text: &str, words: &[&str]| {
+        let why = laid(&plate, text, ContactKind::OfSurface, 0.0).unwrap_err();
+        assert!(words.iter().all(|word| why.contains(word)), "{why}");
+    };
+    refused(&facing(-0.3), &["line 5", "0.300 mm deep", "max_distance_mm"]);
+    refused(&facing(7.0), &["7.000 mm from it", "workpiece frame", "line 5"]);
+    refused(
+        &facing(0.0).replace("UNITS/MM", "UNITS/MM\nMULTAX/ON\nTLAXIS/0,0,-1"),
+        &["points into the material", "other side"],
+    );
+    // A slip of a thousand kilometres is refused before its points are made.
+    refused(&facing(0.0).replace("GOTO/160,-15", "GOTO/990000,-15"), &["more than 10000 points", "line 5"]);
+}
+
+/// Passes move with part and file.
+#[test]
+fn a_shifted_file_on_a_shifted_plate_has_the_same_passes() {
+    let first = laid(&plate([-100.0, -30.0], [100.0, 30.0]), &facing(0.0), ContactKind::OfSurface, 0.0).unwrap();
+    let csys = "UNITS/MM\nCSYS/1,0,0,12,0,1,0,-7,0,0,1,0";
+    let text = facing(0.0).replace("UNITS/MM", csys);
+    let second = laid(&plate([-88.0, -37.0], [112.0, 23.0]), &text, ContactKind::OfSurface, 0.0).unwrap();
+    let positions = |laid: &ClPasses, by: Vector3<f64>| -> Vec<Point3<f64>> {
+        laid.passes.iter().flat_map(|pass| &pass.points).map(|p| p.cc.position + by).collect()
+    };
+    let (a, b) = (positions(&first, Vector3::new(12.0, -7.0, 0.0)), positions(&second, Vector3::zeros()));
+    assert_eq!(a.len(), b.len());
+    assert!(a.iter().zip(&b).all(|(p, q)| (p - q).norm() < 1e-6));
+}
+
+/// The last cut of a face goes beside the plate, and the leading rim on a step has nothing below it:
+/// each place of contact is below the bottom of the cutter all the same.
+#[test]
+fn contacts_of_a_flat_bottom_are_below_it_beside_a_border_and_over_a_step() {
+    let border = plate([-100.0, -30.0], [100.0, 30.0]);
+    let beside = facing(0.0).replace(",-15,", ",-42,").replace(",15,", ",42,");
+    let corners = |x0: f64, x1: f64, z: f64| {
+        [[x0, -30.0], [x1, -30.0], [x1, 30.0], [x0, 30.0]].map(|[x, y]| Point3::new(x, y, z))
+    };
+    let vertices = [corners(-100.0, 0.0, 0.0), corners(0.0, 100.0, -4.0)].concat();
+    let step = crate::surface((vertices, vec![[0, 1, 2], [0, 2, 3], [4, 5, 6], [4, 6, 7]]));
+    for (name, surface, text) in [("border", &border, beside), ("step", &step, facing(0.0))] {
+        let laid = laid(surface, &text, ContactKind::OfSurface, 0.0).unwrap();
+        assert!(laid.passes.len() == 2, "{name}");
+        for point in laid.passes.iter().flat_map(|pass| &pass.points) {
+            let from_tip = point.cc.position - point.cl.tip;
+            assert!(from_tip.z.abs() < 0.05 && from_tip.norm() < 20.0, "{name}: {point:?}");
+        }
+    }
+}
