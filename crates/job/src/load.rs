@@ -21,11 +21,13 @@ pub(crate) mod stock_solid;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
-use std::sync::{Mutex, OnceLock};
+use std::sync::{Arc, Mutex, OnceLock};
 
+use facemill_cc_path::strategies::Region;
 use facemill_cl_data::CuttingLaw;
 use facemill_file_format::{from_json, to_json};
 use facemill_inverse_kinematics::Machine;
+use facemill_level_region::{Level, LevelPlane};
 use facemill_nc_program::dialect::LAST_PROGRAM_NUMBER;
 use facemill_nc_program::{AxisLetter, AxisWords, FeedMode, WorkOffset};
 use facemill_surface_model::{Group, Surface, SurfaceSettings, TriMesh};
@@ -37,17 +39,19 @@ use crate::files;
 use crate::format::job_file::{JobFile, OperationFile, RoleFile, SetupFile, StockFile};
 use crate::format::job_settings::JobSetting;
 use crate::format::made_from::InputFile;
-use crate::frames::pose;
+use crate::frames::{direction, pose};
 use crate::load::clearance_surface::clearance_surface;
 use crate::load::enclosure::check_enclosure;
-use crate::load::job::{Job, NamedTools, SecondHead, Setup, WrittenPrograms};
+use crate::load::job::{
+    ExtendedRegion, Job, NamedTools, SecondHead, Setup, SetupLevel, WrittenPrograms, standing,
+};
 use crate::load::job_files::JobFiles;
 use crate::load::job_source::{JOB_NAME, blamed, job_of_text, job_path, read_job_file};
 use crate::load::machine_load::read_machine_of;
 use crate::load::made_from::{ReadInput, all_inputs_of};
 use crate::load::mesh_files::{FileKey, MeshFiles};
 use crate::load::obstacle_meshes::{
-    ObstacleRole, Selection, joined_obstacles, matches_pattern, obstacle, only, select_also, selected_groups,
+    ObstacleMesh, ObstacleRole, Selection, joined_obstacles, matches_pattern, obstacle, only, select_also, selected_groups,
     table_bodies,
 };
 use crate::load::part_size::unit_inside;
@@ -306,7 +310,7 @@ impl<'a> Setup<'a> {
             select_also(&mut selections, Selection { role, allowance: entry.allowance_mm, file, groups: selected });
         }
         let drive = drive.ok_or_else(|| job.wrong(format!("{}.meshes: no drive surface", job.setup_key(index))))?;
-        let (around_drive, drive_groups, drive_files) = around_drive(file, &read_files, &work_from_part);
+        let (around, drive_groups, drive_files) = around_drive(file, &read_files, &work_from_part);
         let mut obstacles = joined_obstacles(&selections, &read_files, &work_from_part);
         let mut stock_solid = None;
         let stock_thickness = match &file.stock {
@@ -330,11 +334,17 @@ impl<'a> Setup<'a> {
         })?;
         let table_from_work = pose(&file.table_from_work);
         obstacles.extend(table_bodies(&job.machine, &table_from_work));
+        let around_drive = Surface::new(around, SurfaceSettings::default());
+        let drive_allowance = file.meshes.iter().find(|m| m.role == RoleFile::Drive).map_or(0.0, |m| m.allowance_mm);
+        let on_part = DriveSurface { drive, around_drive, drive_groups, drive_files, drive_allowance, level: None };
+        let surface = on_level(job, file, on_part, (&obstacles, stock_solid.as_ref()));
+        let DriveSurface { drive, around_drive, drive_groups, drive_files, drive_allowance, level } = surface;
         Ok(Self {
             index,
             file,
+            level,
             drive: Surface::new(drive, SurfaceSettings::default()),
-            around_drive: Surface::new(around_drive, SurfaceSettings::default()),
+            around_drive,
             drive_groups,
             left_regions: Mutex::default(),
             extended_regions: Mutex::default(),
@@ -345,7 +355,7 @@ impl<'a> Setup<'a> {
             stock_solid,
             planning_stock: PlanningStock::Own { why: None },
             own_stock: None,
-            drive_allowance: file.meshes.iter().find(|m| m.role == RoleFile::Drive).map_or(0.0, |m| m.allowance_mm),
+            drive_allowance,
             table_from_work,
             work_offset: work_offset(&file.work_offset.register).ok_or_else(|| {
                 job.wrong(format!(
@@ -356,6 +366,57 @@ impl<'a> Setup<'a> {
             })?,
             reports,
         })
+    }
+}
+
+/// What the passes of a setup cut, as the fields of [`Setup`].
+struct DriveSurface {
+    drive: TriMesh,
+    around_drive: Surface,
+    drive_groups: Vec<String>,
+    drive_files: Vec<(FileKey, usize)>,
+    drive_allowance: f64,
+    level: Option<SetupLevel>,
+}
+
+/// Distance to which the plane of a level goes on around the stock, in step-overs: passes reach one
+/// beyond the material, and what is measured on a lattice a little more.
+const AROUND_LEVEL: f64 = 3.0;
+
+/// Returns the level of a setup in place of its drive surface, if its operation is one.
+fn on_level(
+    job: &Job,
+    file: &SetupFile,
+    part: DriveSurface,
+    (obstacles, stock): (&[ObstacleMesh], Option<&Surface>),
+) -> DriveSurface {
+    let mut operations = job.operations_of(file).map(|(_, operation)| operation);
+    let found = operations.find_map(|operation| Some((operation, operation.levels?))).zip(stock);
+    let Some(((operation, levels), stock)) = found else { return part };
+    let tolerances = &operation.tolerances;
+    let margin = tolerances.path_chord_mm + tolerances.linearisation_mm;
+    let plane = LevelPlane::new(direction(&levels.axis), levels.to_mm);
+    let stands = obstacles.iter().filter(|o| o.role != ObstacleRole::Stock).map(|o| standing(o, margin));
+    let level = Level::new(plane, job.tool_of(operation).cutter(), stands.collect(), stock.mesh());
+    let width = AROUND_LEVEL * tolerances.max_step_over_mm;
+    let surface = Surface::new(level.pass_mesh(width), SurfaceSettings::default());
+    let passes = Arc::new(ExtendedRegion { region: Region::default(), width, surface });
+    let drive = level.reach().swept_mesh();
+    let first_depth = levels.from_mm.filter(|_| !levels.is_later).map(|from| from - levels.to_mm);
+    DriveSurface {
+        around_drive: Surface::new(drive.clone(), SurfaceSettings::default()),
+        drive_groups: drive.groups().iter().map(|group| group.name.clone()).collect(),
+        drive,
+        drive_files: Vec::new(),
+        drive_allowance: 0.0,
+        level: Some(SetupLevel {
+            level,
+            passes,
+            margin,
+            first_depth,
+            part: part.around_drive,
+            part_files: part.drive_files,
+        }),
     }
 }
 

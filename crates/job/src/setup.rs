@@ -3,6 +3,7 @@
 pub(crate) mod after_programs;
 pub mod cell;
 pub mod left_stock;
+pub(crate) mod level_passes;
 pub mod pass_surface;
 pub mod path;
 pub mod program_spec;

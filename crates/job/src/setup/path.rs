@@ -18,14 +18,12 @@ use crate::load::job::{Job, Setup};
 use crate::load::part_size::unit_advice;
 use crate::setup::cell::{LEAST_STEP, corner_on_drive, search_curve, wanted_uncut_left};
 use crate::setup::left_stock::left_region;
+use crate::setup::level_passes::{SidedPass, level_passes};
 use crate::setup::pass_surface::{extended_region, pass_surface};
 
 /// Length of cutting that takes as long as entry, exit and link of a pass, in radii of the cutter:
 /// two arcs of 8° about 12.5 radii take 3.5 and a link 0.7; the shortest entry and exit take 0.8.
 const PASS_COST: f64 = 3.0;
-
-/// A pass, and whether the uncut stock lies to the left of its feed.
-type SidedPass = (Pass<CcPoint>, bool);
 
 /// Passes of an operation before their search curves are known.
 struct SidedPasses {
@@ -254,8 +252,9 @@ fn from_strategy(
         layout => layout.map_err(wrong)?,
     };
     let passes = layout.passes.into_iter().map(|p| (p.pass, p.uncut == UncutSide::Left)).collect();
+    let (passes, n_short) = level_passes(job, setup, operation, (passes, region.left.as_deref()));
     let corner_rest = layout.corner.map(|c| c.height);
-    let (dropped_pieces, uncovered_area) = (layout.n_dropped_pieces, layout.uncovered_area);
+    let (dropped_pieces, uncovered_area) = (layout.n_dropped_pieces + n_short, layout.uncovered_area);
     Ok(SidedPasses { passes, dropped_pieces, uncovered_area, corner_rest })
 }
 
