@@ -42,16 +42,14 @@ use crate::format::made_from::InputFile;
 use crate::frames::{direction, pose};
 use crate::load::clearance_surface::clearance_surface;
 use crate::load::enclosure::check_enclosure;
-use crate::load::job::{
-    ExtendedRegion, Job, NamedTools, SecondHead, Setup, SetupLevel, WrittenPrograms, standing,
-};
+use crate::load::job::{ExtendedRegion, Job, NamedTools, SecondHead, Setup, SetupLevel, WrittenPrograms, standing};
 use crate::load::job_files::JobFiles;
 use crate::load::job_source::{JOB_NAME, blamed, job_of_text, job_path, read_job_file};
 use crate::load::machine_load::read_machine_of;
 use crate::load::made_from::{ReadInput, all_inputs_of};
 use crate::load::mesh_files::{FileKey, MeshFiles};
 use crate::load::obstacle_meshes::{
-    ObstacleMesh, ObstacleRole, Selection, joined_obstacles, matches_pattern, obstacle, only, select_also, selected_groups,
+    ObstacleRole, Selection, joined_obstacles, matches_pattern, obstacle, only, select_also, selected_groups,
     table_bodies,
 };
 use crate::load::part_size::unit_inside;
@@ -310,7 +308,7 @@ impl<'a> Setup<'a> {
             select_also(&mut selections, Selection { role, allowance: entry.allowance_mm, file, groups: selected });
         }
         let drive = drive.ok_or_else(|| job.wrong(format!("{}.meshes: no drive surface", job.setup_key(index))))?;
-        let (around, drive_groups, drive_files) = around_drive(file, &read_files, &work_from_part);
+        let (around_drive, drive_groups, drive_files) = around_drive(file, &read_files, &work_from_part);
         let mut obstacles = joined_obstacles(&selections, &read_files, &work_from_part);
         let mut stock_solid = None;
         let stock_thickness = match &file.stock {
@@ -334,17 +332,12 @@ impl<'a> Setup<'a> {
         })?;
         let table_from_work = pose(&file.table_from_work);
         obstacles.extend(table_bodies(&job.machine, &table_from_work));
-        let around_drive = Surface::new(around, SurfaceSettings::default());
-        let drive_allowance = file.meshes.iter().find(|m| m.role == RoleFile::Drive).map_or(0.0, |m| m.allowance_mm);
-        let on_part = DriveSurface { drive, around_drive, drive_groups, drive_files, drive_allowance, level: None };
-        let surface = on_level(job, file, on_part, (&obstacles, stock_solid.as_ref()));
-        let DriveSurface { drive, around_drive, drive_groups, drive_files, drive_allowance, level } = surface;
-        Ok(Self {
+        let setup = Self {
             index,
             file,
-            level,
+            level: None,
             drive: Surface::new(drive, SurfaceSettings::default()),
-            around_drive,
+            around_drive: Surface::new(around_drive, SurfaceSettings::default()),
             drive_groups,
             left_regions: Mutex::default(),
             extended_regions: Mutex::default(),
@@ -355,7 +348,7 @@ impl<'a> Setup<'a> {
             stock_solid,
             planning_stock: PlanningStock::Own { why: None },
             own_stock: None,
-            drive_allowance,
+            drive_allowance: file.meshes.iter().find(|m| m.role == RoleFile::Drive).map_or(0.0, |m| m.allowance_mm),
             table_from_work,
             work_offset: work_offset(&file.work_offset.register).ok_or_else(|| {
                 job.wrong(format!(
@@ -365,60 +358,39 @@ impl<'a> Setup<'a> {
                 ))
             })?,
             reports,
-        })
+        };
+        Ok(setup.on_level(job))
     }
-}
 
-/// What the passes of a setup cut, as the fields of [`Setup`].
-struct DriveSurface {
-    drive: TriMesh,
-    around_drive: Surface,
-    drive_groups: Vec<String>,
-    drive_files: Vec<(FileKey, usize)>,
-    drive_allowance: f64,
-    level: Option<SetupLevel>,
+    /// Returns the setup with a level in place of its drive surface, if its operation is one.
+    fn on_level(mut self, job: &Job) -> Self {
+        let mut operations = job.operations_of(self.file).map(|(_, operation)| operation);
+        let found =
+            operations.find_map(|operation| Some((operation, operation.levels?))).zip(self.stock_solid.as_ref());
+        let Some(((operation, levels), stock)) = found else { return self };
+        let tolerances = &operation.tolerances;
+        let margin = tolerances.path_chord_mm + tolerances.linearisation_mm;
+        let plane = LevelPlane::new(direction(&levels.axis), levels.to_mm);
+        let stands = self.obstacles.iter().filter(|o| o.role != ObstacleRole::Stock).map(|o| standing(o, margin));
+        let level = Level::new(plane, job.tool_of(operation).cutter(), stands.collect(), stock.mesh());
+        let width = AROUND_LEVEL * tolerances.max_step_over_mm;
+        let surface = Surface::new(level.pass_mesh(width), SurfaceSettings::default());
+        let passes = Arc::new(ExtendedRegion { region: Region::default(), width, surface });
+        let drive = level.reach().swept_mesh();
+        let first_depth = levels.from_mm.filter(|_| !levels.is_later).map(|from| from - levels.to_mm);
+        self.drive_groups = drive.groups().iter().map(|group| group.name.clone()).collect();
+        self.drive = Surface::new(drive.clone(), SurfaceSettings::default());
+        let part = std::mem::replace(&mut self.around_drive, Surface::new(drive, SurfaceSettings::default()));
+        let part_files = std::mem::take(&mut self.drive_files);
+        self.drive_allowance = 0.0;
+        self.level = Some(SetupLevel { level, passes, margin, first_depth, part, part_files });
+        self
+    }
 }
 
 /// Distance to which the plane of a level goes on around the stock, in step-overs: passes reach one
 /// beyond the material, and what is measured on a lattice a little more.
 const AROUND_LEVEL: f64 = 3.0;
-
-/// Returns the level of a setup in place of its drive surface, if its operation is one.
-fn on_level(
-    job: &Job,
-    file: &SetupFile,
-    part: DriveSurface,
-    (obstacles, stock): (&[ObstacleMesh], Option<&Surface>),
-) -> DriveSurface {
-    let mut operations = job.operations_of(file).map(|(_, operation)| operation);
-    let found = operations.find_map(|operation| Some((operation, operation.levels?))).zip(stock);
-    let Some(((operation, levels), stock)) = found else { return part };
-    let tolerances = &operation.tolerances;
-    let margin = tolerances.path_chord_mm + tolerances.linearisation_mm;
-    let plane = LevelPlane::new(direction(&levels.axis), levels.to_mm);
-    let stands = obstacles.iter().filter(|o| o.role != ObstacleRole::Stock).map(|o| standing(o, margin));
-    let level = Level::new(plane, job.tool_of(operation).cutter(), stands.collect(), stock.mesh());
-    let width = AROUND_LEVEL * tolerances.max_step_over_mm;
-    let surface = Surface::new(level.pass_mesh(width), SurfaceSettings::default());
-    let passes = Arc::new(ExtendedRegion { region: Region::default(), width, surface });
-    let drive = level.reach().swept_mesh();
-    let first_depth = levels.from_mm.filter(|_| !levels.is_later).map(|from| from - levels.to_mm);
-    DriveSurface {
-        around_drive: Surface::new(drive.clone(), SurfaceSettings::default()),
-        drive_groups: drive.groups().iter().map(|group| group.name.clone()).collect(),
-        drive,
-        drive_files: Vec::new(),
-        drive_allowance: 0.0,
-        level: Some(SetupLevel {
-            level,
-            passes,
-            margin,
-            first_depth,
-            part: part.around_drive,
-            part_files: part.drive_files,
-        }),
-    }
-}
 
 /// Refuses tools that a control would take for one another.
 fn check_registers(tools: &BTreeMap<String, ToolAssembly>) -> Result<(), String> {

@@ -9,6 +9,7 @@ use nalgebra::{Isometry3, Point3, Translation3, Unit, UnitQuaternion, Vector3};
 pub struct LevelPlane {
     /// Pose of the level's frame: z along the axis, origin on the plane.
     work_from_level: Isometry3<f64>,
+    height: f64,
 }
 
 impl LevelPlane {
@@ -17,12 +18,17 @@ impl LevelPlane {
         let half_turn = || UnitQuaternion::from_axis_angle(&Vector3::x_axis(), PI);
         let turn = UnitQuaternion::rotation_between_axis(&Vector3::z_axis(), &axis).unwrap_or_else(half_turn);
         let origin = Translation3::from(axis.into_inner() * height);
-        Self { work_from_level: Isometry3::from_parts(origin, turn) }
+        Self { work_from_level: Isometry3::from_parts(origin, turn), height }
     }
 
     /// Returns the axis, to which the tool's is parallel.
     pub fn axis(&self) -> Unit<Vector3<f64>> {
         self.work_from_level.rotation * Vector3::z_axis()
+    }
+
+    /// Returns the height: the coordinate along the axis, mm.
+    pub fn height(&self) -> f64 {
+        self.height
     }
 
     /// Returns the point of the plane at coordinates of the level's frame, workpiece frame.

@@ -95,12 +95,21 @@ impl Reach {
         TriMesh::with_groups(vertices, triangles, groups).unwrap_or_default()
     }
 
-    /// Iterates over the middles of all cells over the stock, with whether they are swept.
+    /// Iterates over the middles of all cells over the stock, in their order, with whether they are
+    /// swept.
     pub fn middles(&self) -> impl Iterator<Item = (Point3<f64>, bool)> + '_ {
         self.all_cells().map(|(i, j)| {
             let (x, y) = self.middle(i, j);
             (self.plane.at(x, y), self.swept[j * self.cells[0] + i])
         })
+    }
+
+    /// Returns the area (mm²) of the cells for whose indices, in the order of [`Reach::middles`], a
+    /// condition holds, and of those of them that are not swept.
+    pub fn areas(&self, holds: impl Fn(usize) -> bool) -> [f64; 2] {
+        let counted = |(all, kept): (usize, usize), k: usize| (all + 1, kept + usize::from(!self.swept[k]));
+        let (all, kept) = (0..self.swept.len()).filter(|&k| holds(k)).fold((0, 0), counted);
+        [all, kept].map(|n| n as f64 * self.cell * self.cell)
     }
 
     /// Returns the number of nodes along x and y.

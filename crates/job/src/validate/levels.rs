@@ -70,7 +70,10 @@ pub(crate) fn check_levels(k: usize, operation: &OperationFile, job: &JobFile) -
         return Err(format!("operations[{k}].levels.to_mm: must be below {given}, {top} mm, is {}", levels.to_mm));
     }
     if levels.heights(top).len() as f64 > MOST_LAYERS {
-        return Err(format!("operations[{k}].levels.depth_mm: {} mm makes more than {MOST_LAYERS} levels", levels.depth_mm));
+        return Err(format!(
+            "operations[{k}].levels.depth_mm: {} mm makes more than {MOST_LAYERS} levels",
+            levels.depth_mm
+        ));
     }
     Ok(())
 }
