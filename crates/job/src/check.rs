@@ -103,8 +103,8 @@ fn tool_line(tool: &ToolAssembly) -> String {
     )
 }
 
-/// Returns the line with the level that an operation cuts, on the stock as it is at first; `None` of
-/// one without a level.
+/// Returns the line with the level that an operation cuts, on the stock as it is at first; `None`
+/// of one without a level.
 fn level_line(setup: &Setup<'_>, operation: &OperationFile) -> Option<String> {
     let (level, levels) = (&setup.level.as_ref()?.level, operation.levels?);
     let plane = level.plane();

@@ -371,8 +371,8 @@ impl<'a> Setup<'a> {
         let tolerances = &operation.tolerances;
         let margin = tolerances.path_chord_mm + tolerances.linearisation_mm;
         let plane = LevelPlane::new(direction(&levels.axis), levels.to_mm);
-        let stands = self.obstacles.iter().filter(|o| o.role != ObstacleRole::Stock).map(|o| standing(o, margin));
-        let level = Level::new(plane, job.tool_of(operation).cutter(), stands.collect(), stock.mesh());
+        let around = self.obstacles.iter().filter(|o| o.role != ObstacleRole::Stock).map(|o| standing(o, margin));
+        let level = Level::new(plane, job.tool_of(operation).cutter(), around.collect(), stock.mesh());
         let width = AROUND_LEVEL * tolerances.max_step_over_mm;
         let surface = Surface::new(level.pass_mesh(width), SurfaceSettings::default());
         let passes = Arc::new(ExtendedRegion { region: Region::default(), width, surface });

@@ -1,4 +1,4 @@
-//! Passes around what stands on a level.
+//! Passes around what is on a level.
 
 use std::collections::BTreeMap;
 
@@ -16,7 +16,7 @@ pub struct ContourSettings<'s> {
     pub max_step: f64,
     /// Farthest way from the stock's outside to a contour, mm.
     pub max_run_in: f64,
-    /// Whether what stands there is on the left of the feed.
+    /// Whether what is there is on the left of the feed.
     pub is_left: bool,
     /// Whether contours may be cut the other way where they begin outside of the stock then.
     pub is_reversible: bool,
@@ -49,10 +49,10 @@ const STARTS: usize = 64;
 const MOST_STEPS: f64 = 4_000.0;
 
 /// Returns passes along the border of the room of an upright cutter: they cut what passes side by
-/// side leave beside the bodies that stand on a level. The tip is on the border, within tolerance.
+/// side leave beside the bodies that are on a level. The tip is on the border, within tolerance.
 ///
-/// Each begins outside of the stock, from where the tool comes on a straight line along its tangent,
-/// if there is such a way.
+/// Each begins outside of the stock, from where the tool comes on a straight line along its
+/// tangent, if there is such a way.
 pub fn contour_passes(room: &LevelRoom<'_>, reach: &Reach, settings: &ContourSettings<'_>) -> Vec<ContourPass> {
     let mut passes = Vec::new();
     for border in borders(room, reach) {
@@ -75,7 +75,7 @@ struct TipRun {
     is_closed: bool,
 }
 
-/// Returns the borders between nodes where the cutter fits and others, each with what stands there
+/// Returns the borders between nodes where the cutter fits and others, each with what is there
 /// on the left. A closed one ends where it begins.
 fn borders(room: &LevelRoom<'_>, reach: &Reach) -> Vec<Vec<Point3<f64>>> {
     // Sides of cells by their first node, and whether they go along x; each leads to the next.

@@ -1,4 +1,4 @@
-//! Levels of roughing: the part of a plane that an upright cutter reaches past what stands on it,
+//! Levels of roughing: the part of a plane that an upright cutter reaches past what is on it,
 //! and the passes that it can cut there.
 //!
 //! A *level* is a plane across an axis. The tool comes along this axis, so all of the column over
@@ -12,7 +12,7 @@
 //! use facemill_tool_model::Cutter;
 //! use nalgebra::{Point3, Vector3};
 //!
-//! // A pin of 10 mm stands in the middle of stock of 60 mm; R 8, r 2, and 1 mm to be left.
+//! // A pin of 10 mm is in the middle of stock of 60 mm; R 8, r 2, and 1 mm to be left.
 //! let round = |radius| RoundFrustum { z_low: 0.0, z_high: 20.0, radius_low: radius, radius_high: radius, rounding: 0.0 };
 //! let mesh = solid_mesh(&Solid::Frustum(round(5.0)))?;
 //! let tree = MeshTree::new(&mesh);
@@ -38,11 +38,11 @@
 //! | module | holds |
 //! |---|---|
 //! | `plane` | planes of levels |
-//! | `room` | room of an upright cutter on a level, past what stands there |
+//! | `room` | room of an upright cutter on a level, past what is there |
 //! | `reach` | part of a level that the cutter sweeps, on a lattice |
 //! | `level` | a level over stock, with its reach |
 //! | `pieces` | pieces of passes where the cutter has room |
-//! | `contour` | passes around what stands on a level |
+//! | `contour` | passes around what is on a level |
 //! | `passes` | all passes of a level |
 //!
 //! It must not know jobs and machines, and how passes are laid.

@@ -19,7 +19,7 @@ pub struct LevelPassSettings<'s> {
     pub least: f64,
     /// Whether pieces and contours may be cut the other way.
     pub is_reversible: bool,
-    /// Whether contours have what stands there on the left of the feed.
+    /// Whether contours have what is there on the left of the feed.
     pub is_left: bool,
     /// Largest distance of a contour from the border of the room, mm.
     pub tolerance: f64,
@@ -35,7 +35,7 @@ pub struct LevelPassSettings<'s> {
 const AROUND: u32 = 16;
 
 /// Returns the pieces of straight passes where an upright tool has room, then passes around what
-/// stands there, and the number of pieces that are too short. `stock` is the room past the stock:
+/// is there, and the number of pieces that are too short. `stock` is the room past the stock:
 /// passes begin there if they can.
 pub fn level_passes(
     room: &LevelRoom<'_>,

@@ -13,17 +13,17 @@ pub struct PieceSettings<'s> {
     pub least: f64,
     /// Whether a piece may be cut the other way.
     pub is_reversible: bool,
-    /// Whether the upright cutter is outside of all stock with its tip at a point: where a piece may
-    /// begin.
+    /// Whether the upright cutter is outside of all stock with its tip at a point: where a piece
+    /// may begin.
     pub is_open: &'s (dyn Fn(&Point3<f64>) -> bool + Sync),
 }
 
 /// Halvings of a step up to the place where the room ends: to a ten-thousandth of it.
 const HALVINGS: u32 = 14;
 
-/// Returns the pieces of a straight pass on a level where an upright cutter has room, and the number
-/// of those that are too short. The cutter touches with its rim ahead, so its tip is one radius of
-/// the flat bottom behind a CC point.
+/// Returns the pieces of a straight pass on a level where an upright cutter has room, and the
+/// number of those that are too short. The cutter touches with its rim ahead, so its tip is one
+/// radius of the flat bottom behind a CC point.
 ///
 /// A piece that begins in the stock, such as behind a wall, is turned round where that is permitted
 /// and it then begins outside.
@@ -41,7 +41,7 @@ pub fn fitting_pieces(
     for [from, to] in line.free(settings.step) {
         let forward = line.run([from, to], 1.0);
         let backward = line.run([from, to], -1.0);
-        let opens = |run: &Run| (settings.is_open)(&line.at(run.tip_at_start));
+        let opens = |run: &CcRun| (settings.is_open)(&line.at(run.tip_at_start));
         let turned = settings.is_reversible && !opens(&forward) && opens(&backward);
         let run = if turned { backward } else { forward };
         if run.cc[1] - run.cc[0] < settings.least {
@@ -62,8 +62,8 @@ struct PassLine<'l, 'a> {
     rim: f64,
 }
 
-/// Run of CC points along a line, where the tip has room.
-struct Run {
+/// CcRun of CC points along a line, where the tip has room.
+struct CcRun {
     /// First and last way of CC points, mm from the start of the line.
     cc: [f64; 2],
     /// 1 along the line, −1 against it.
@@ -81,8 +81,8 @@ impl PassLine<'_, '_> {
         self.room.fits(&self.at(way))
     }
 
-    /// Returns the stretches of the tip's ways with room, from a rim before the line to a rim behind
-    /// it.
+    /// Returns the stretches of the tip's ways with room, from a rim before the line to a rim
+    /// behind it.
     fn free(&self, step: f64) -> Vec<[f64; 2]> {
         let (from, to) = (-self.rim, self.length + self.rim);
         let n = ((to - from) / step).ceil().clamp(1.0, MOST_STEPS) as usize;
@@ -113,15 +113,15 @@ impl PassLine<'_, '_> {
     }
 
     /// Returns the CC points of a stretch of the tip, cut along the line or against it.
-    fn run(&self, [from, to]: [f64; 2], sense: f64) -> Run {
+    fn run(&self, [from, to]: [f64; 2], sense: f64) -> CcRun {
         let ahead = sense * self.rim;
         let cc = [(from + ahead).max(0.0), (to + ahead).min(self.length)];
         let start = if sense > 0.0 { cc[0] } else { cc[1] };
-        Run { cc, sense, tip_at_start: start - ahead }
+        CcRun { cc, sense, tip_at_start: start - ahead }
     }
 
     /// Returns the CC points of a run: those of the pass, and both ends.
-    fn points(&self, pass: &[CcPoint], run: &Run, first: &CcPoint) -> Vec<CcPoint> {
+    fn points(&self, pass: &[CcPoint], run: &CcRun, first: &CcPoint) -> Vec<CcPoint> {
         let [from, to] = run.cc;
         let way_of = |p: &CcPoint| (p.position - self.start).dot(&self.feed);
         let apart = SAME_PLACE.max(1e-6 * self.length);

@@ -1,4 +1,4 @@
-//! Room of an upright cutter on a level, past what stands there.
+//! Room of an upright cutter on a level, past what is there.
 
 use facemill_cl_data::Solid;
 use facemill_interference::{Interference, MeshTree};
@@ -19,12 +19,12 @@ pub struct Standing<'a> {
     pub allowance: f64,
 }
 
-/// Room of a cutter that stands upright on a level and comes from above: all of the column over the
-/// cutter is tested, so there is no room under an overhang, nor inside of a part that is open below.
+/// Room of an upright cutter that comes to a level from above: all of the column over the cutter is
+/// tested, so there is no room under an overhang, nor inside of a part that is open below.
 pub struct LevelRoom<'a> {
     plane: LevelPlane,
     cutter: Cutter,
-    /// Height of the column, mm: above everything that stands there.
+    /// Height of the column, mm: above everything there.
     height: f64,
     column: Vec<Solid>,
     standing: Vec<Standing<'a>>,

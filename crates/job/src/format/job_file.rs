@@ -479,10 +479,10 @@ pub struct OperationFile {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub layers: Option<LayersFile>,
     /// Cuts the stock level by level across an axis, from its top down to the part with
-    /// `allowance_mm` on its drive and part surfaces (docs/cookbook.md#levels-in-a-block): each level
-    /// is an operation of its own with a plane in place of the drive surface, and passes where there
-    /// is material and the part is not in the way. The strategy is `parallel_planes`, the stock a
-    /// solid of its own. Not on a machine with two heads.
+    /// `allowance_mm` on its drive and part surfaces (docs/cookbook.md#levels-in-a-block): each
+    /// level is an operation of its own with a plane in place of the drive surface, and passes
+    /// where there is material and the part is not in the way. The strategy is `parallel_planes`,
+    /// the stock a solid of its own. Not on a machine with two heads.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub levels: Option<LevelsFile>,
     /// Cutting direction (docs/formats.md#climb-and-the-sign-of-rotate).

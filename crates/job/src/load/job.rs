@@ -290,7 +290,7 @@ pub struct SetupLevel {
     pub level: Level,
     /// Plane that its passes are laid on, in place of a region beyond a border.
     pub passes: Arc<ExtendedRegion>,
-    /// Distance that passes keep from what stands on it, besides the allowances, mm.
+    /// Distance that passes keep from what is on it, besides the allowances, mm.
     pub margin: f64,
     /// Largest thickness of the material above it, mm, if it is the first one of several.
     pub first_depth: Option<f64>,

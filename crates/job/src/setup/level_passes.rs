@@ -9,7 +9,7 @@ use crate::load::job::{Job, Setup};
 use crate::setup::cell::wanted_uncut_left;
 
 /// Returns the pieces of a level's passes where an upright tool has room, then passes around what
-/// stands there, and the number of pieces that are too short; passes as they are of a setup without
+/// is there, and the number of pieces that are too short; passes as they are of a setup without
 /// a level. With the direction `either` each begins outside of the stock, if it can.
 pub(crate) fn passes_on_level(
     job: &Job,

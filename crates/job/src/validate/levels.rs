@@ -7,7 +7,6 @@ use crate::format::job_file::{
     CylinderStockFile, JobFile, LevelsFile, MOST_LAYERS, OperationFile, PathFile, SetupFile, StockFile,
 };
 use crate::frames::direction;
-use crate::validate::Field;
 use crate::validate::setup_names::belongs;
 
 /// Share of the radius by which the prism of a round bar may reach beyond it.
@@ -23,8 +22,10 @@ const LEAST_ACROSS: f64 = 0.1;
 /// If there is one.
 pub(crate) fn check_levels(k: usize, operation: &OperationFile, job: &JobFile) -> Result<(), String> {
     let Some(levels) = &operation.levels else { return Ok(()) };
-    let at = Field(format!("operations[{k}]"));
-    at.direction("levels.axis", &levels.axis)?;
+    let length_sq = Vector3::from(levels.axis).norm_squared();
+    if !(length_sq > 0.0 && length_sq.is_finite()) {
+        return Err(format!("operations[{k}].levels.axis: must be a direction, is {:?}", levels.axis));
+    }
     let refuse = |what: &str| Err(format!("operations[{k}].levels: {what}"));
     let PathFile::Strategy(path) = &operation.path else {
         return refuse("need passes by parallel_planes; those of a path file are of one surface");

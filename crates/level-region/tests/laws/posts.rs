@@ -5,7 +5,7 @@ use facemill_interference::{MeshTree, solid_mesh};
 use facemill_level_region::{Level, LevelPlane, Standing};
 use facemill_surface_model::TriMesh;
 use facemill_tool_model::Cutter;
-use nalgebra::{Isometry3, Point3, Unit, Vector3};
+use nalgebra::{Isometry3, Point3, Translation3, Unit, UnitQuaternion, Vector3};
 
 /// Cutter: R, r and flute, mm.
 pub(crate) const CUTTER: [f64; 3] = [8.0, 2.0, 5.0];
@@ -32,7 +32,8 @@ impl Post {
     /// A round post along an axis, with a level across it.
     pub(crate) fn along(axis: Unit<Vector3<f64>>, radius: f64) -> Self {
         let plane = LevelPlane::new(axis, 10.0);
-        let place = Isometry3::rotation_between(&Vector3::z(), &axis).expect("not turned over");
+        let turn = UnitQuaternion::rotation_between_axis(&Vector3::z_axis(), &axis).expect("not turned over");
+        let place = Isometry3::from_parts(Translation3::identity(), turn);
         let body = |radius: f64| {
             let body =
                 RoundFrustum { z_low: 0.0, z_high: 20.0, radius_low: radius, radius_high: radius, rounding: 0.0 };
@@ -66,7 +67,8 @@ impl Post {
         at.x.hypot(at.y)
     }
 
-    /// CC points of a straight pass at y = `across`, in the level's frame along x from −40 to 40 mm.
+    /// CC points of a straight pass at y = `across` of the level's frame, along x from −40 to 40
+    /// mm.
     pub(crate) fn pass(&self, across: f64) -> Vec<CcPoint> {
         let feed = self.plane.at(1.0, 0.0) - self.plane.at(0.0, 0.0);
         let at = |k: i32| {

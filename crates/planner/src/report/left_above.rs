@@ -27,8 +27,9 @@ const STRIP_PER_SPACING: f64 = 2.0;
 /// Share by which half a strip may be exceeded: strips of passes laid with chords on facets.
 const SLACK: f64 = 0.02;
 
-/// Returns the report of an operation whose region is limited to what is left; `None` for others, and
-/// for a level, whose passes also cut behind their CC points: what is left of it is measured alone.
+/// Returns the report of an operation whose region is limited to what is left; `None` for others,
+/// and for a level, whose passes also cut behind their CC points: what is left of it is measured
+/// alone.
 pub(crate) fn left_above(job: &Job, setup: &Setup<'_>, planned: &PlannedOperation<'_>) -> Option<LeftAboveReport> {
     let operation = planned.operation;
     let file = operation.region().left_above.as_ref().filter(|_| setup.level.is_none())?;

@@ -79,9 +79,9 @@ pub struct LevelAreas {
     /// Area with material before the program.
     pub before_mm2: f64,
     /// Part of it that stays because the part, a check surface or a fixture is in the way of the
-    /// upright tool: their section with allowance, and what the corner of the tool leaves beside it.
-    /// At its border up to a cell of the lattice, a twelfth of the flat bottom's radius or more,
-    /// counts to it.
+    /// upright tool: their section with allowance, and what the corner of the tool leaves beside
+    /// it. At its border up to a cell of the lattice, a twelfth of the flat bottom's radius or
+    /// more, counts to it.
     pub part_mm2: f64,
     /// Area that the tool could reach with material behind the program: points without a posture,
     /// entry or exit, and strips that no pass cuts.
