@@ -9,13 +9,15 @@ pub(crate) mod post_block_words;
 pub mod post_probe;
 pub mod reach;
 
+use facemill_cl_data::CcPoint;
 use facemill_surface_model::UpAxis;
 use facemill_tool_model::ToolAssembly;
+use nalgebra::Point3;
 
 use crate::check::post_probe::try_template;
 use crate::check::reach::check_reach;
 use crate::failure::Failure;
-use crate::format::job_file::StockFile;
+use crate::format::job_file::{OperationFile, StockFile};
 use crate::frames::pose;
 use crate::load::job::{Job, Setup};
 use crate::load::mesh_winding::check_winding;
@@ -61,6 +63,7 @@ pub fn describe_setup(job: &Job, index: usize) -> Result<Vec<String>, Failure> {
         b.min.x, b.min.y, b.min.z, b.max.x, b.max.y, b.max.z
     ));
     for (k, operation) in job.operations_of(setup.file) {
+        lines.extend(level_line(&setup, operation));
         if is_after_others(operation) {
             check_before(job, index)?;
             lines.push(format!(
@@ -98,6 +101,29 @@ fn tool_line(tool: &ToolAssembly) -> String {
         tool.n_inserts(),
         tool.gauge_length()
     )
+}
+
+/// Returns the line with the level that an operation cuts, on the stock as it is at first; `None`
+/// of one without a level.
+fn level_line(setup: &Setup<'_>, operation: &OperationFile) -> Option<String> {
+    let (level, levels) = (&setup.level.as_ref()?.level, operation.levels?);
+    let plane = level.plane();
+    let (normal, feed) = (plane.axis(), plane.at(1.0, 0.0) - plane.at(0.0, 0.0));
+    let is_stock = |(place, _): (Point3<f64>, bool)| {
+        let cc = CcPoint::new(place, normal.into_inner(), feed);
+        cc.is_ok_and(|cc| setup.stock_above(&cc) > operation.tolerances.cusp_mm)
+    };
+    let is_stock: Vec<bool> = level.reach().middles().map(is_stock).collect();
+    let [all, kept] = level.reach().areas(|k| is_stock[k]);
+    Some(format!(
+        "operation \"{}\": level at {:.2} mm, {:.2} mm deep, on {:.1} cm2 of the stock; {:.1} cm2 of it stay because the part is in the \
+         way of the tool",
+        operation.name,
+        levels.to_mm,
+        levels.from_mm.map_or(levels.depth_mm, |from| from - levels.to_mm),
+        all / 100.0,
+        kept / 100.0
+    ))
 }
 
 /// Returns the line with the stock that a setup's program meets.

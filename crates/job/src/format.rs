@@ -3,7 +3,6 @@
 pub mod incomplete;
 pub mod job_file;
 pub mod job_settings;
-pub mod lengths_file;
 pub mod made_from;
 pub mod moved_job;
 pub mod program_stamp;

@@ -21,11 +21,13 @@ pub(crate) mod stock_solid;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
-use std::sync::{Mutex, OnceLock};
+use std::sync::{Arc, Mutex, OnceLock};
 
+use facemill_cc_path::strategies::Region;
 use facemill_cl_data::CuttingLaw;
 use facemill_file_format::{from_json, to_json};
 use facemill_inverse_kinematics::Machine;
+use facemill_level_region::{Level, LevelPlane};
 use facemill_nc_program::dialect::LAST_PROGRAM_NUMBER;
 use facemill_nc_program::{AxisLetter, AxisWords, FeedMode, WorkOffset};
 use facemill_surface_model::{Group, Surface, SurfaceSettings, TriMesh};
@@ -37,10 +39,10 @@ use crate::files;
 use crate::format::job_file::{JobFile, OperationFile, RoleFile, SetupFile, StockFile};
 use crate::format::job_settings::JobSetting;
 use crate::format::made_from::InputFile;
-use crate::frames::pose;
+use crate::frames::{direction, pose};
 use crate::load::clearance_surface::clearance_surface;
 use crate::load::enclosure::check_enclosure;
-use crate::load::job::{Job, NamedTools, SecondHead, Setup, WrittenPrograms};
+use crate::load::job::{ExtendedRegion, Job, NamedTools, SecondHead, Setup, SetupLevel, WrittenPrograms, standing};
 use crate::load::job_files::JobFiles;
 use crate::load::job_source::{JOB_NAME, blamed, job_of_text, job_path, read_job_file};
 use crate::load::machine_load::read_machine_of;
@@ -333,9 +335,10 @@ impl<'a> Setup<'a> {
         })?;
         let table_from_work = pose(&file.table_from_work);
         obstacles.extend(table_bodies(&job.machine, &table_from_work));
-        Ok(Self {
+        let setup = Self {
             index,
             file,
+            level: None,
             drive: Surface::new(drive, SurfaceSettings::default()),
             around_drive: Surface::new(around_drive, SurfaceSettings::default()),
             drive_groups,
@@ -358,9 +361,39 @@ impl<'a> Setup<'a> {
                 ))
             })?,
             reports,
-        })
+        };
+        Ok(setup.on_level(job))
+    }
+
+    /// Returns the setup with a level in place of its drive surface, if its operation is one.
+    fn on_level(mut self, job: &Job) -> Self {
+        let mut operations = job.operations_of(self.file).map(|(_, operation)| operation);
+        let found =
+            operations.find_map(|operation| Some((operation, operation.levels?))).zip(self.stock_solid.as_ref());
+        let Some(((operation, levels), stock)) = found else { return self };
+        let tolerances = &operation.tolerances;
+        let margin = tolerances.path_chord_mm + tolerances.linearisation_mm;
+        let plane = LevelPlane::new(direction(&levels.axis), levels.to_mm);
+        let around = self.obstacles.iter().filter(|o| o.role != ObstacleRole::Stock).map(|o| standing(o, margin));
+        let level = Level::new(plane, job.tool_of(operation).cutter(), around.collect(), stock.mesh());
+        let width = AROUND_LEVEL * tolerances.max_step_over_mm;
+        let surface = Surface::new(level.pass_mesh(width), SurfaceSettings::default());
+        let passes = Arc::new(ExtendedRegion { region: Region::default(), width, surface });
+        let drive = level.reach().swept_mesh();
+        let first_depth = levels.from_mm.filter(|_| !levels.is_later).map(|from| from - levels.to_mm);
+        self.drive_groups = drive.groups().iter().map(|group| group.name.clone()).collect();
+        self.drive = Surface::new(drive.clone(), SurfaceSettings::default());
+        let part = std::mem::replace(&mut self.around_drive, Surface::new(drive, SurfaceSettings::default()));
+        let part_files = std::mem::take(&mut self.drive_files);
+        self.drive_allowance = 0.0;
+        self.level = Some(SetupLevel { level, passes, margin, first_depth, part, part_files });
+        self
     }
 }
+
+/// Distance to which the plane of a level goes on around the stock, in step-overs: passes reach one
+/// beyond the material, and what is measured on a lattice a little more.
+const AROUND_LEVEL: f64 = 3.0;
 
 /// Refuses tools that a control would take for one another.
 fn check_registers(tools: &BTreeMap<String, ToolAssembly>) -> Result<(), String> {

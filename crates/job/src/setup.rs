@@ -4,6 +4,7 @@ pub(crate) mod after_programs;
 pub mod cell;
 pub mod cl_path;
 pub mod left_stock;
+pub(crate) mod level_passes;
 pub mod pass_surface;
 pub mod path;
 pub mod program_spec;

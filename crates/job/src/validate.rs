@@ -3,6 +3,7 @@
 
 pub mod feeds;
 pub(crate) mod layers;
+pub(crate) mod levels;
 pub mod limits;
 pub mod setup_chain;
 pub mod setup_names;
@@ -19,6 +20,7 @@ use crate::format::job_file::{
 };
 use crate::validate::feeds::{check_feed_laws, check_stock_to_cut, feeds_of_chips};
 use crate::validate::layers::{check_extension, check_layers};
+use crate::validate::levels::check_levels;
 use crate::validate::limits::{JOB_LIMITS, OPERATION_LIMITS, SETUP_LIMITS, SMALLEST_TOLERANCE, check_limits};
 use crate::validate::setup_names::{belongs, file_stem};
 use crate::validate::tools::check_tool_names;
@@ -67,6 +69,7 @@ fn check_operations(job: &JobFile) -> Result<(), String> {
         check_layers(k, operation)?;
         check_extension(k, operation)?;
         check_setup_name(k, operation, job)?;
+        check_levels(k, operation, job)?;
         check_stock_to_cut(k, operation, job)?;
     }
     Ok(())
@@ -121,9 +124,9 @@ pub fn check_heads(job: &JobFile, n_heads: usize) -> Result<(), String> {
         );
     }
     if n_heads >= 2 {
-        if let Some(k) = job.operations.iter().position(|o| o.layers.is_some() || o.allowance_mm > 0.0) {
+        if let Some(k) = job.operations.iter().position(|o| o.depth_of_layer().is_some() || o.allowance_mm > 0.0) {
             return Err(format!(
-                "operations[{k}]: layers and allowance_mm are for machines with one head; of two give the drive surface an \
+                "operations[{k}]: layers, levels and allowance_mm are for machines with one head; of two give the drive surface an \
                  allowance_mm"
             ));
         }

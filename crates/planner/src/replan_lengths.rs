@@ -1,10 +1,10 @@
 //! Replanning of the job with shorter assemblies: tilting may let them pass.
 
 use facemill_job::failure::Failure;
-use facemill_job::format::lengths_file::{LengthReport, Posting, ReplanTry};
 use facemill_job::load::job::Job;
 use facemill_job::stages::Stages;
 use facemill_nc_rewrite::lengths::FoundLengths;
+use facemill_nc_rewrite::lengths::{LengthReport, Posting, ReplanTry};
 use facemill_tool_model::{HolderLibrary, OpenAssembly, ToolAssembly};
 
 use crate::plan::plan_setup;

@@ -9,7 +9,9 @@ use facemill_cc_path::{RegionSample, RequestedRegion};
 use facemill_cl_data::{CcPoint, Silent};
 use facemill_job::failure::Failure;
 use facemill_job::format::job_file::OperationFile;
-use facemill_job::format::report::remaining::{RemainingOnRegion, RemainingOnSlope, RemainingPlace, RemainingReport};
+use facemill_job::format::report::remaining::{
+    LevelAreas, RemainingOnRegion, RemainingOnSlope, RemainingPlace, RemainingReport,
+};
 use facemill_job::load::job::{Job, Setup};
 use facemill_job::setup::left_stock::swept_before;
 use facemill_job::stages::{MATERIAL, Stages};
@@ -112,7 +114,9 @@ pub fn remaining(
     let (mut operations, mut by_line) = (Vec::new(), LeftByLine::default());
     for (requested, region) in requested.iter().zip(&regions) {
         let (measured, _) = measured((requested, region), (job, setup), &sweeps, stages)?;
-        operations.push(remaining_on_region(requested.operation, requested.limit, &measured, &up));
+        let mut on_region = remaining_on_region(requested.operation, requested.limit, &measured, &up);
+        on_region.level = level_areas(setup, &sweeps, &on_region)?;
+        operations.push(on_region);
         by_line.add(&measured);
     }
     let outside_fraction = outside(setup, &requested, &regions)?;
@@ -315,6 +319,26 @@ fn surface_place(setup: &Setup<'_>, place: &Isometry3<f64>, sample: &RegionSampl
 /// Greatest measured height, mm.
 const MAX_HEIGHT: f64 = 1000.0;
 
+/// Returns the areas of a setup's level, from what its program leaves on the part of it that the
+/// tool reaches; `None` of a setup without a level.
+fn level_areas(setup: &Setup<'_>, sweeps: &Sweeps, left: &RemainingOnRegion) -> Result<Option<LevelAreas>, Failure> {
+    let Some(level) = setup.level.as_ref().map(|level| &level.level) else { return Ok(None) };
+    let plane = level.plane();
+    let (normal, feed) = (plane.axis(), plane.at(1.0, 0.0) - plane.at(0.0, 0.0));
+    let on = |(position, _): (Point3<f64>, bool)| {
+        let above = CcPoint::new(position, normal.into_inner(), feed).map_or(0.0, |cc| setup.stock_above(&cc));
+        SurfacePlace { position, normal, stock: above.min(MAX_HEIGHT) }
+    };
+    let mut places: Vec<SurfacePlace> = level.reach().middles().map(on).collect();
+    if !sweeps.before.is_empty() {
+        let heights = left_heights(&sweeps.before, &places, &Silent).map_err(|_| Failure::Interrupted)?;
+        places.iter_mut().zip(heights).for_each(|(place, left)| place.stock = left.height);
+    }
+    let [before_mm2, part_mm2] = level.reach().areas(|k| places[k].stock > left.limit_mm);
+    let missed_mm2 = left.above_fraction * left.area_mm2;
+    Ok(Some(LevelAreas { height_mm: plane.height(), before_mm2, part_mm2, missed_mm2 }))
+}
+
 /// Returns the fraction of the drive surface that no operation is to cut, in any place of its
 /// pattern.
 fn outside(
@@ -442,6 +466,7 @@ pub fn remaining_on_region(
         above_fraction,
         never_cut_fraction,
         slopes: slopes.collect(),
+        level: None,
         allowed,
         exceeded: (samples == 0 && !may_lie_beyond)
             || above_fraction > allowed.max_above_fraction

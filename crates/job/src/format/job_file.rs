@@ -478,6 +478,13 @@ pub struct OperationFile {
     /// than `cusp_mm` above its layer (docs/cookbook.md#roughing). Not on a machine with two heads.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub layers: Option<LayersFile>,
+    /// Cuts the stock level by level across an axis, from its top down to the part with
+    /// `allowance_mm` on its drive and part surfaces (docs/cookbook.md#levels-in-a-block): each
+    /// level is an operation of its own with a plane in place of the drive surface, and passes
+    /// where there is material and the part is not in the way. The strategy is `parallel_planes`,
+    /// the stock a solid of its own. Not on a machine with two heads.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub levels: Option<LevelsFile>,
     /// Cutting direction (docs/formats.md#climb-and-the-sign-of-rotate).
     pub direction: DirectionFile,
     /// Entry of every pass.
@@ -502,6 +509,11 @@ pub struct OperationFile {
 }
 
 impl OperationFile {
+    /// Returns the largest thickness of its layers or levels, mm.
+    pub fn depth_of_layer(&self) -> Option<f64> {
+        self.layers.map(|l| l.depth_mm).or(self.levels.map(|l| l.depth_mm))
+    }
+
     /// Returns the region of its strategy or path file.
     pub fn region(&self) -> &RegionFile {
         match &self.path {
@@ -545,6 +557,40 @@ pub const MOST_LAYERS: f64 = 200.0;
 
 /// Share of a layer's thickness that counts as rounding in the number of layers.
 const LAYER_ROUNDING: f64 = 1e-9;
+
+/// Levels of roughing: planes across an axis, equally far apart. Heights are coordinates along the
+/// axis, workpiece frame.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct LevelsFile {
+    /// Direction from which the tool comes, workpiece frame; of any length above 0.
+    #[serde(default = "z_axis")]
+    pub axis: [f64; 3],
+    /// Height of the top of the material, above `to_mm`. Where there is material above it, the job
+    /// is refused: the first level would be thicker than the others. Default: the top of the box or
+    /// cylinder; required for stock that is a mesh.
+    #[schemars(range(min = -100_000, max = 100_000))]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub from_mm: Option<f64>,
+    /// Height of the last level.
+    #[schemars(range(min = -100_000, max = 100_000))]
+    pub to_mm: f64,
+    /// Largest distance of levels; with `cusp_mm` less than the length of the tool's flute.
+    #[schemars(range(min = 0.01, max = 1_000))]
+    pub depth_mm: f64,
+    /// Whether this is not the first of several levels, once each is an operation.
+    #[serde(skip)]
+    pub is_later: bool,
+}
+
+impl LevelsFile {
+    /// Returns the heights of the levels below a top, mm, from the highest; the last one is
+    /// `to_mm`. Of more than [`MOST_LAYERS`] returns one more than that.
+    pub fn heights(&self, top: f64) -> Vec<f64> {
+        let all = LayersFile { from_mm: top - self.to_mm, depth_mm: self.depth_mm };
+        all.allowances(0.0).into_iter().map(|above| self.to_mm + above).collect()
+    }
+}
 
 fn first_head() -> u32 {
     1

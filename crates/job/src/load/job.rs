@@ -9,6 +9,7 @@ use facemill_cc_path::LeftRegion;
 use facemill_cc_path::strategies::Region;
 use facemill_cl_data::{Aabb, CcPoint, PlacedSolid};
 use facemill_inverse_kinematics::{AxisKind, BlockLaw, BodyPose, Carrier, Machine};
+use facemill_level_region::{Level, LevelRoom, Standing};
 use facemill_nc_program::dialect::RtcpRapids;
 use facemill_nc_program::read::ReadError;
 use facemill_nc_program::{Dialect, PostSettings, ReadProgram, WorkOffset};
@@ -23,7 +24,7 @@ use crate::format::job_settings::JobSetting;
 use crate::format::report::MeshReport;
 use crate::load::job_files::JobFiles;
 use crate::load::mesh_files::FileKey;
-use crate::load::obstacle_meshes::ObstacleMesh;
+use crate::load::obstacle_meshes::{ObstacleMesh, ObstacleRole};
 use crate::planning_stock::{CutStock, OwnStock, PlanningStock};
 use crate::validate::setup_names::belongs;
 use crate::validate::tools::{ONLY_TOOL, tool_of, tool_of_setup};
@@ -283,12 +284,31 @@ pub struct ExtendedRegion {
     pub surface: Surface,
 }
 
+/// Level of roughing that is the drive surface of a setup, as far as its tool reaches it.
+pub struct SetupLevel {
+    /// The level.
+    pub level: Level,
+    /// Plane that its passes are laid on, in place of a region beyond a border.
+    pub passes: Arc<ExtendedRegion>,
+    /// Distance that passes keep from what is on it, besides the allowances, mm.
+    pub margin: f64,
+    /// Largest thickness of the material above it, mm, if it is the first one of several.
+    pub first_depth: Option<f64>,
+    /// The whole files of the drive surface of the job.
+    pub part: Surface,
+    /// Files of `part` in their order, with their number of triangles.
+    pub part_files: Vec<(FileKey, usize)>,
+}
+
 /// A setup with its meshes read, in the workpiece frame.
 pub struct Setup<'a> {
     /// Its index among the setups of the job.
     pub index: usize,
     /// Its content in the job file.
     pub file: &'a SetupFile,
+    /// Level in place of the job's drive surface: then `drive` and `around_drive` are what its tool
+    /// reaches of it, without triangles where that is nothing.
+    pub level: Option<SetupLevel>,
     /// Surface that the passes cut, alone: for paths that are projected on it.
     pub drive: Surface,
     /// The whole files of the drive surface, so that normals and curvatures at its border take
@@ -339,7 +359,8 @@ impl<'a> Setup<'a> {
     }
 
     /// Returns the thickness of the stock along the normal at a CC point, mm, before the setup's
-    /// program: to where the normal leaves it. 0 at a place outside of it.
+    /// program: to where the normal leaves it. 0 at a place outside of it. On a level up to the top
+    /// of the stock, outside of it, too: a lying cylinder is wider above.
     pub fn stock_above(&self, cc: &CcPoint) -> f64 {
         match &self.stock_solid {
             None => (self.stock_thickness - self.drive_allowance).max(0.0),
@@ -349,6 +370,9 @@ impl<'a> Setup<'a> {
                 hits.dedup_by(|b, a| {
                     a.from_outside == b.from_outside && b.point.distance - a.point.distance <= SAME_CROSSING
                 });
+                if self.level.is_some() {
+                    return hits.iter().rfind(|hit| !hit.from_outside).map_or(0.0, |hit| hit.point.distance);
+                }
                 let sense = |hit: &RayHit| if hit.from_outside { -1 } else { 1 };
                 // Solids that the place lies in.
                 let by_normal: i32 = hits.iter().map(sense).sum();
@@ -366,10 +390,26 @@ impl<'a> Setup<'a> {
         }
     }
 
+    /// Returns the room of the tool on the setup's level, and whether it is outside of all stock
+    /// there with its tip at a point; `None` of a setup without a level.
+    pub fn level_rooms(&self) -> Option<[LevelRoom<'_>; 2]> {
+        let level = self.level.as_ref()?;
+        let [stock, standing] = [true, false].map(|is_stock| {
+            let of_kind = self.obstacles.iter().filter(|o| (o.role == ObstacleRole::Stock) == is_stock);
+            level.level.room(of_kind.map(|o| standing(o, level.margin)).collect())
+        });
+        Some([standing, stock])
+    }
+
     /// Returns the smallest box around everything on the table.
     pub fn aabb(&self) -> Aabb {
         self.obstacles.iter().fold(Aabb::EMPTY, |b, o| b.union(&o.mesh.aabb()))
     }
+}
+
+/// Returns an obstacle as a body on a level, with this much more than its allowance.
+pub(crate) fn standing(obstacle: &ObstacleMesh, margin: f64) -> Standing<'_> {
+    Standing { mesh: &obstacle.mesh, tree: &obstacle.tree, allowance: obstacle.allowance + margin }
 }
 
 /// Returns the largest deviation of a head's bodies from their planned path, mm. A certificate

@@ -59,8 +59,10 @@ struct FileWinding {
 /// no tool has room there.
 pub fn check_winding(job: &Job, setup: &Setup<'_>, index: usize) -> Result<Vec<String>, Failure> {
     check_stock(job, setup, index)?;
-    let found = windings(&setup.around_drive, &setup.drive_files, ToolRoom::of(job));
-    for ((key, _), winding) in setup.drive_files.iter().zip(&found) {
+    let on_part = (&setup.around_drive, &setup.drive_files);
+    let (surface, files) = setup.level.as_ref().map_or(on_part, |level| (&level.part, &level.part_files));
+    let found = windings(surface, files, ToolRoom::of(job));
+    for ((key, _), winding) in files.iter().zip(&found) {
         if winding.n_inward > 0 {
             let text = inward(&entries(setup, key, &job.setup_key(index)), key, winding);
             // A part named on the command line has no such entry.
@@ -68,7 +70,7 @@ pub fn check_winding(job: &Job, setup: &Setup<'_>, index: usize) -> Result<Vec<S
             return Err(job.wrong(format!("{text}{remedy}")));
         }
     }
-    let texts = setup.drive_files.iter().zip(&found).filter_map(|((key, _), winding)| undecided(key, winding));
+    let texts = files.iter().zip(&found).filter_map(|((key, _), winding)| undecided(key, winding));
     Ok(texts.collect())
 }
 

@@ -178,9 +178,9 @@ impl Setup<'_> {
 /// the layer of the lines above it and the ends of the flute off it.
 fn cells_of_layers(job: &Job) -> impl Iterator<Item = f64> + '_ {
     job.file.operations.iter().filter_map(|operation| {
-        let layers = operation.layers?;
+        let depth = operation.depth_of_layer()?;
         let tool = job.tool_of(operation);
-        let spare = tool.cutter().flute_length() - layers.depth_mm - operation.tolerances.cusp_mm;
+        let spare = tool.cutter().flute_length() - depth - operation.tolerances.cusp_mm;
         // d above the stock and d + 2t at the end of the flute, in cells, for a tolerance of a
         // twentieth.
         (spare > 0.0).then(|| spare / (2.0 * outside_layer(1.0) + 2.0 * TOLERANCE_OF_CELL))

@@ -83,6 +83,8 @@ pub fn left_region(
         PathFile::File(_) | PathFile::Cl(_) => None,
     };
     let extended = extended_region(job, setup, operation)?;
+    // Of a level only what the tool reaches can be cut.
+    let extended = extended.filter(|_| setup.level.is_none());
     let (surface, region) = pass_surface(setup, extended.as_deref(), region.clone());
     let measured = RegionMeasurement {
         job,
@@ -92,7 +94,10 @@ pub fn left_region(
         strategy: strategy.as_ref(),
         places: places(operation.pattern.as_ref()),
         name: &operation.name,
-        first_layer: operation.layers.map(|layers| layers.from_mm),
+        first_layer: match &setup.level {
+            Some(level) => level.first_depth,
+            None => operation.layers.map(|layers| layers.from_mm),
+        },
         wrong: &wrong,
     };
     let found = Arc::new(measured.left(file)?);
@@ -120,6 +125,9 @@ struct RegionMeasurement<'m> {
 
 impl RegionMeasurement<'_> {
     fn left(&self, file: &LeftAboveFile) -> Result<LeftRegion, Failure> {
+        if self.surface.mesh().triangles().is_empty() {
+            return Ok(LeftRegion::new(&[], file.height_mm, file.overlap_mm));
+        }
         let heights = match &file.of {
             LeftOfFile::InitialStock => self.of_initial_stock()?,
             LeftOfFile::Rest(name) => self.of_rest(name)?,
@@ -146,6 +154,13 @@ impl RegionMeasurement<'_> {
         }
         let p = highest.position;
         let from = layer + self.setup.drive_allowance;
+        if self.setup.level.is_some() {
+            return Err(self.job.wrong(format!(
+                "operation \"{}\": levels.from_mm: at ({:.1}, {:.1}, {:.1}) the stock is {:.2} mm above the first level, more than \
+                 the {from:.2} mm that it cuts; begin higher",
+                self.name, p.x, p.y, p.z, highest.height
+            )));
+        }
         Err(self.job.wrong(format!(
             "operation \"{}\": layers.from_mm: at ({:.1}, {:.1}, {:.1}) the stock is {:.2} mm above the drive surface, more than the \
              {from:.2} mm from which the layers begin (with the allowance of its meshes); begin higher",

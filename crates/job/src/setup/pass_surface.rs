@@ -13,8 +13,9 @@ use crate::load::job::{ExtendedRegion, Job, Setup};
 /// Name of the group of triangles beyond the border of a region.
 const BEYOND: &str = "beyond the border";
 
-/// Returns the region of an operation with the surface beyond its border; `None` if the job does
-/// not extend it. A region is extended once for each setup that is read.
+/// Returns the region of an operation with the surface beyond its border, of a level the plane
+/// around the stock; `None` if the job does not extend it. A region is extended once for each setup
+/// that is read.
 ///
 /// # Errors
 /// If the region holds no facet, or names an unknown group.
@@ -23,6 +24,9 @@ pub fn extended_region(
     setup: &Setup<'_>,
     operation: &OperationFile,
 ) -> Result<Option<Arc<ExtendedRegion>>, Failure> {
+    if let Some(level) = &setup.level {
+        return Ok(Some(level.passes.clone()));
+    }
     let width = operation.region().extend_mm;
     if width <= 0.0 {
         return Ok(None);

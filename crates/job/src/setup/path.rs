@@ -8,6 +8,7 @@ use facemill_cc_path::{LaySettings, MAX_POINTS, PathError, ProjectSettings, Reme
 use facemill_cl_data::{CcPoint, Pass, Silent};
 use facemill_cutter_location::SearchCurve;
 use facemill_cutter_location::cusp::expected_strip_width;
+use facemill_level_region::SidedPass;
 use facemill_surface_model::Surface;
 use facemill_tool_model::Cutter;
 use facemill_tool_path::segments::LaidTask;
@@ -21,14 +22,12 @@ use crate::load::part_size::unit_advice;
 use crate::setup::cell::{LEAST_STEP, corner_on_drive, search_curve, wanted_uncut_left};
 use crate::setup::cl_path::{ClLaid, passes_of_cl_file};
 use crate::setup::left_stock::left_region;
+use crate::setup::level_passes::passes_on_level;
 use crate::setup::pass_surface::{extended_region, pass_surface};
 
 /// Length of cutting that takes as long as entry, exit and link of a pass, in radii of the cutter:
 /// two arcs of 8° about 12.5 radii take 3.5 and a link 0.7; the shortest entry and exit take 0.8.
 const PASS_COST: f64 = 3.0;
-
-/// A pass, and whether the uncut stock lies to the left of its feed.
-type SidedPass = (Pass<CcPoint>, bool);
 
 /// Passes of an operation before their search curves are known.
 struct SidedPasses {
@@ -269,8 +268,9 @@ fn from_strategy(
         layout => layout.map_err(wrong)?,
     };
     let passes = layout.passes.into_iter().map(|p| (p.pass, p.uncut == UncutSide::Left)).collect();
+    let (passes, n_short) = passes_on_level(job, setup, (operation, file), (passes, region.left.as_deref()));
     let corner_rest = layout.corner.map(|c| c.height);
-    let (dropped_pieces, uncovered_area) = (layout.n_dropped_pieces, layout.uncovered_area);
+    let (dropped_pieces, uncovered_area) = (layout.n_dropped_pieces + n_short, layout.uncovered_area);
     Ok(SidedPasses { passes, dropped_pieces, uncovered_area, corner_rest })
 }
 

@@ -4,6 +4,7 @@ use facemill_cc_path::files::{LeftAboveFile, LeftOfFile};
 use facemill_tool_model::ToolAssembly;
 
 use crate::format::job_file::{JobFile, LayersFile, MOST_LAYERS, OperationFile, PathFile};
+use crate::validate::levels::each_level;
 use crate::validate::setup_chain::programs_before;
 use crate::validate::setup_names::belongs;
 
@@ -74,12 +75,12 @@ pub(crate) fn check_flute(
     let flute = tool.cutter().flute_length();
     for operation in job.operations.iter().filter(|o| is_of(o)) {
         let cusp = operation.tolerances.cusp_mm;
-        if let Some(layers) = operation.layers.filter(|l| l.depth_mm + cusp >= flute) {
+        let key = if operation.levels.is_some() { "levels" } else { "layers" };
+        if let Some(depth) = operation.depth_of_layer().filter(|depth| depth + cusp >= flute) {
             return Err(format!(
-                "operation \"{}\": layers.depth_mm: {} mm, and the cusp of {cusp} mm that a layer leaves, need a longer flute than \
-                 that of T{}, {flute} mm",
+                "operation \"{}\": {key}.depth_mm: {depth} mm, and the cusp of {cusp} mm that a layer leaves, need a longer flute \
+                 than that of T{}, {flute} mm",
                 operation.name,
-                layers.depth_mm,
                 tool.number()
             ));
         }
@@ -87,12 +88,18 @@ pub(crate) fn check_flute(
     Ok(())
 }
 
-/// Returns the job with an operation for each layer, in the place of those with layers, and which
-/// of its operations are layers. The first of each has `layers` from the surface that it leaves.
+/// Returns the job with an operation for each layer and level, in the place of those with several,
+/// and which of its operations these are. The first layer of each has `layers` from the surface
+/// that it leaves.
 pub(crate) fn with_layers(job: JobFile) -> (JobFile, Vec<bool>) {
     let mut is_layer = Vec::new();
     let mut operations = Vec::new();
     for operation in &job.operations {
+        if let Some(levels) = each_level(operation, &job) {
+            is_layer.resize(is_layer.len() + levels.len(), true);
+            operations.extend(levels);
+            continue;
+        }
         let Some(layers) = operation.layers else {
             operations.push(operation.clone());
             is_layer.push(false);

@@ -59,11 +59,14 @@ const LARGEST_ARC: f64 = 1e4;
 /// Longest straight line between a pass and the arc at its end, mm.
 const LARGEST_STRAIGHT: f64 = 1000.0;
 
+/// Largest height of a level, mm: the size of the largest parts, far from their origin.
+const LARGEST_LEVEL: f64 = 1e5;
+
 /// Limits of the numbers of an operation.
 ///
 /// Fineness: below the smallest steps and tolerances a program has more blocks than a control can
 /// read; the generation of passes counts the resulting points.
-pub const OPERATION_LIMITS: [JobLimit<OperationFile>; 45] = [
+pub const OPERATION_LIMITS: [JobLimit<OperationFile>; 48] = [
     limit("path.file.max_distance_mm", |o| path_file(o).map(|f| f.max_distance_mm), 0.0, FARTHEST),
     limit("path.cl.max_distance_mm", |o| path_cl(o).map(|f| f.max_distance_mm), 1e-4, 100.0),
     limit("path.strategy.edge_margin_mm", |o| strategy(o).map(|s| s.edge_margin_mm), 0.0, FARTHEST),
@@ -112,6 +115,9 @@ pub const OPERATION_LIMITS: [JobLimit<OperationFile>; 45] = [
     limit("allowance_mm", |o| Some(o.allowance_mm), 0.0, 1000.0),
     limit("layers.from_mm", |o| o.layers.map(|l| l.from_mm), 0.01, 1000.0),
     limit("layers.depth_mm", |o| o.layers.map(|l| l.depth_mm), 0.01, 1000.0),
+    limit("levels.from_mm", |o| o.levels.and_then(|l| l.from_mm), -LARGEST_LEVEL, LARGEST_LEVEL),
+    limit("levels.to_mm", |o| o.levels.map(|l| l.to_mm), -LARGEST_LEVEL, LARGEST_LEVEL),
+    limit("levels.depth_mm", |o| o.levels.map(|l| l.depth_mm), 0.01, 1000.0),
     limit("finish.max_above_fraction", |o| Some(o.finish.max_above_fraction), 0.0, 1.0),
     limit("finish.max_never_cut_fraction", |o| Some(o.finish.max_never_cut_fraction), 0.0, 1.0),
 ];

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use crate::format::job_file::{JobFile, OperationFile, RoleFile, SetupFile};
+use crate::format::job_file::{JobFile, MeshFile, OperationFile, RoleFile, SetupFile};
 use crate::validate::layers::{measure_behind_programs, with_layers};
 use crate::validate::setup_names::{belongs, file_stem};
 
@@ -94,12 +94,14 @@ pub(crate) fn setups_by_tool(job: JobFile) -> JobByTool {
         let operations = &mut by_tool.file.operations;
         let n_setups = by_tool.written.len();
         let is_of = |o: &OperationFile| n_setups == 1 || o.setup.as_ref() == Some(&setup.name);
-        let mut allowance = 0.0;
+        let (mut allowance, mut is_level) = (0.0, false);
         for operation in operations.iter_mut().filter(|o| is_of(o)) {
             allowance = std::mem::take(&mut operation.allowance_mm);
+            is_level = operation.levels.is_some();
         }
-        let drive = setup.meshes.iter_mut().filter(|mesh| mesh.role == RoleFile::Drive);
-        drive.for_each(|mesh| mesh.allowance_mm += allowance);
+        // A level lies beside all of the part.
+        let is_left_on = |mesh: &&mut MeshFile| mesh.role == RoleFile::Drive || is_level && mesh.role == RoleFile::Part;
+        setup.meshes.iter_mut().filter(is_left_on).for_each(|mesh| mesh.allowance_mm += allowance);
     }
     measure_behind_programs(&mut by_tool.file, &is_layer);
     by_tool
@@ -113,7 +115,10 @@ fn partitioned(job: JobFile) -> JobByTool {
             (0..job.operations.len()).filter(|&o| belongs(&job.operations[o], setup, &job)).collect();
         let tool = |o: &usize| tool_of(&job, &job.operations[*o]);
         let key = |o: &usize| (tool(o), job.operations[*o].allowance_mm.to_bits());
-        let rows: Vec<&[usize]> = of_setup.chunk_by(|a, b| key(a) == key(b)).collect();
+        // Each level has a surface of its own.
+        let is_level = |o: &usize| job.operations[*o].levels.is_some();
+        let is_one = |a: &usize, b: &usize| key(a) == key(b) && !is_level(a) && !is_level(b);
+        let rows: Vec<&[usize]> = of_setup.chunk_by(is_one).collect();
         if rows.len() < 2 {
             all.setups.push(setup.clone());
             written.push(k);

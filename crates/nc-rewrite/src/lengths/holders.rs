@@ -1,7 +1,7 @@
 //! Choice of the holder in a library with the shortest stick-out that works.
 
+use crate::lengths::lengths_file::HolderReport;
 use facemill_job::failure::Failure;
-use facemill_job::format::lengths_file::HolderReport;
 use facemill_tool_model::{HolderFile, HolderLibrary, OpenAssembly};
 use facemill_virtual_machine::ClearLengths;
 

@@ -1,7 +1,7 @@
 //! Program with all data for the search for lengths.
 
+use crate::lengths::lengths_file::{LENGTHS_FORMAT, LengthName, LengthReport, LengthsFile, NoLength, Posting};
 use facemill_job::failure::Failure;
-use facemill_job::format::lengths_file::{LENGTHS_FORMAT, LengthName, LengthReport, LengthsFile, NoLength, Posting};
 use facemill_job::format::program_stamp::ProgramStamp;
 use facemill_job::load::job::{Job, Setup};
 use facemill_job::setup::cell::budget;

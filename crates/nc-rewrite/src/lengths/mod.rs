@@ -2,6 +2,7 @@
 //! shorter one pass.
 
 mod holders;
+mod lengths_file;
 mod lengths_run;
 
 use std::path::Path;
@@ -16,7 +17,7 @@ use facemill_verification::stock_run::CutRequest;
 
 use crate::lengths::lengths_run::LengthsRun;
 
-pub use facemill_job::format::lengths_file::{
+pub use crate::lengths::lengths_file::{
     HolderReport, LENGTHS_FORMAT, LengthName, LengthReport, LengthsFile, NoLength, Posting, ReplanTry,
 };
 

@@ -128,10 +128,13 @@ impl PathPlanner<'_, '_> {
     }
 }
 
-/// Returns the strategy that generates an operation's passes; `None` if they come from a file,
-/// whose passes are cut unchanged.
+/// Returns the strategy that generates an operation's passes; `None` if they are cut unchanged:
+/// those of a file, and of a level, whose pieces end where the part is in the way.
 pub(crate) fn strategy_of(operation: &OperationFile) -> Option<&PathFromStrategy> {
-    if let PathFile::Strategy(strategy) = &operation.path { Some(strategy) } else { None }
+    match &operation.path {
+        PathFile::Strategy(strategy) if operation.levels.is_none() => Some(strategy),
+        _ => None,
+    }
 }
 
 /// Returns the replanning of an operation's passes beside the pole.

@@ -7,6 +7,7 @@ use facemill_cl_data::CcPoint;
 use facemill_cutter_location::SearchCurve;
 use facemill_cutter_location::cusp::expected_strip_width;
 use facemill_job::failure::Failure;
+use facemill_job::format::job_file::PathFile;
 use facemill_job::format::report::left_above::{LeftAboveReport, NotReachedReport};
 use facemill_job::format::report::{CuspsKeptReport, Report};
 use facemill_job::load::job::{Job, Setup};
@@ -16,7 +17,6 @@ use facemill_tool_path::segments::PassSegment;
 use nalgebra::Point3;
 
 use crate::passes::operation::PlannedOperation;
-use crate::passes::path_planner::strategy_of;
 
 /// Largest number of parts that are listed.
 const LISTED: usize = 16;
@@ -27,10 +27,12 @@ const STRIP_PER_SPACING: f64 = 2.0;
 /// Share by which half a strip may be exceeded: strips of passes laid with chords on facets.
 const SLACK: f64 = 0.02;
 
-/// Returns the report of an operation whose region is limited to what is left; `None` for others.
+/// Returns the report of an operation whose region is limited to what is left; `None` for others,
+/// and for a level, whose passes also cut behind their CC points: what is left of it is measured
+/// alone.
 pub(crate) fn left_above(job: &Job, setup: &Setup<'_>, planned: &PlannedOperation<'_>) -> Option<LeftAboveReport> {
     let operation = planned.operation;
-    let file = operation.region().left_above.as_ref()?;
+    let file = operation.region().left_above.as_ref().filter(|_| setup.level.is_none())?;
     let left = setup.left_regions.lock().ok()?.get(&operation.name)?.clone();
     let extended = extended_region(job, setup, operation).ok()?;
     let surface = surface_of(setup, extended.as_deref());
@@ -142,7 +144,7 @@ fn reason(planned: &PlannedOperation<'_>, left: &LeftRegion, part: &LeftIsland) 
     if let Some(left_out) = planned.left_out.iter().find(|l| is_near(&l.place)) {
         return format!("points of passes there are left out: {}", left_out.reason);
     }
-    let Some(strategy) = strategy_of(operation) else {
+    let PathFile::Strategy(strategy) = &operation.path else {
         return "the path file has no pass there".to_owned();
     };
     if planned.dropped_pieces > 0 {

@@ -7,6 +7,7 @@ pub(crate) mod flow_and_spiral;
 pub(crate) mod islands;
 pub(crate) mod leaning_borders;
 pub(crate) mod left_above;
+mod levels;
 pub(crate) mod paths;
 mod roughing;
 pub(crate) mod several_tools;

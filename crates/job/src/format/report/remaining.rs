@@ -61,10 +61,31 @@ pub struct RemainingOnRegion {
     pub never_cut_fraction: f64,
     /// The same by the slope of the surface; bands without area are left out, so a line has none.
     pub slopes: Vec<RemainingOnSlope>,
+    /// Areas of the level that the operation cuts, if it cuts one: the region is what the tool
+    /// reaches of it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub level: Option<LevelAreas>,
     /// Limits of the operation.
     pub allowed: FinishFile,
     /// Whether more is left than the limits permit; then `plan` exits with 1.
     pub exceeded: bool,
+}
+
+/// Areas of a level of roughing on which there is more material than `limit_mm`.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
+pub struct LevelAreas {
+    /// Height of the level along its axis, workpiece frame, mm.
+    pub height_mm: f64,
+    /// Area with material before the program.
+    pub before_mm2: f64,
+    /// Part of it that stays because the part, a check surface or a fixture is in the way of the
+    /// upright tool: their section with allowance, and what the corner of the tool leaves beside
+    /// it. At its border up to a cell of the lattice, a twelfth of the flat bottom's radius or
+    /// more, counts to it.
+    pub part_mm2: f64,
+    /// Area that the tool could reach with material behind the program: points without a posture,
+    /// entry or exit, and strips that no pass cuts.
+    pub missed_mm2: f64,
 }
 
 /// Material left where the surface has a slope: the angle of its outward normal to z of the
@@ -145,6 +166,16 @@ impl RemainingOnRegion {
             self.p99_mm,
             self.largest.map_or("none".to_owned(), |p| format!("{:.3}{}", p.height_mm, place(&p)))
         )];
+        if let Some(level) = &self.level {
+            let cm2 = |area: f64| area / 100.0;
+            lines.push(format!(
+                "    level {:.3} mm   material on {:.2} cm2: {:.2} stay because the part is there, {:.2} are missed",
+                level.height_mm,
+                cm2(level.before_mm2),
+                cm2(level.part_mm2),
+                cm2(level.missed_mm2)
+            ));
+        }
         let percent = |share: f64| 100.0 * share;
         if self.above_fraction > 0.0 || self.never_cut_fraction > 0.0 {
             let all = self.length_mm.map_or(format!("{:.1} cm2", self.area_mm2 / 100.0), |l| format!("{l:.1} mm"));

@@ -110,3 +110,45 @@ fn wrong_names_of_tools_are_refused_with_their_keys() {
     );
     assert!(fault(&twice).contains("\"up 1 mill\" is named twice"), "{}", fault(&twice));
 }
+
+#[test]
+fn levels_become_operations_with_a_setup_each_from_the_top_of_the_stock() {
+    let mut file = job(&[], &["up"], &[[None, None], [None, None]]);
+    let stock = json!({ "cylinder": { "base_mm": [0, 0, 2], "radius_mm": 30, "height_mm": 28 } });
+    file.setups[0].stock = serde_json::from_value(stock).unwrap();
+    let mut part = file.setups[0].meshes[0].clone();
+    part.role = RoleFile::Part;
+    file.setups[0].meshes.push(part);
+    let levels = json!({ "axis": [0.0, 0.0, 2.0], "to_mm": 21.0, "depth_mm": 4.0 });
+    file.operations[0].levels = serde_json::from_value(levels).unwrap();
+    file.operations[0].allowance_mm = 0.5;
+    validate(&file).unwrap();
+    let by_tool = setups_by_tool(file);
+    assert_eq!(names(&by_tool.file), ["up 1 tool", "up 2 tool", "up 3 tool", "up 4 tool"]);
+    assert_eq!(members(&by_tool.file)[1], ["op 0 2 of 3"]);
+    let of_level = |o: &OperationFile| o.levels.map(|l| [l.from_mm.unwrap(), l.to_mm]);
+    let heights: Vec<[f64; 2]> = by_tool.file.operations.iter().filter_map(of_level).collect();
+    assert_eq!(heights, [[30.0, 27.0], [27.0, 24.0], [24.0, 21.0]]);
+    // The allowance is left on all of the part, and by the levels alone.
+    let left: Vec<Vec<f64>> =
+        by_tool.file.setups.iter().map(|s| s.meshes.iter().map(|m| m.allowance_mm).collect()).collect();
+    assert_eq!(left, [[0.5, 0.5], [0.5, 0.5], [0.5, 0.5], [0.0, 0.0]]);
+    let later: Vec<Option<bool>> = by_tool.file.operations.iter().map(|o| o.levels.map(|l| l.is_later)).collect();
+    assert_eq!(later, [Some(false), Some(true), Some(true), None]);
+    let text = serde_json::to_string(&by_tool.file).unwrap();
+    assert_eq!(serde_json::to_string(&setups_by_tool(by_tool.file).file).unwrap(), text);
+
+    // A lying bar is as high as its radius over its axis; a tilted box as its highest corner.
+    let top = |stock: Value, axis: [f64; 3]| {
+        let mut file = job(&[], &["up"], &[[None, None]]);
+        file.setups[0].stock = serde_json::from_value(stock).unwrap();
+        let levels = json!({ "axis": axis, "to_mm": 0.0, "depth_mm": 50.0 });
+        file.operations[0].levels = serde_json::from_value(levels).unwrap();
+        setups_by_tool(file).file.operations[0].levels.unwrap().from_mm.unwrap()
+    };
+    let lying = json!({ "cylinder": { "base_mm": [0, 0, 5], "axis": [1, 0, 0], "radius_mm": 20, "height_mm": 80 } });
+    let found = top(lying, [0.0, 0.0, 1.0]);
+    assert!((25.0..25.1).contains(&found), "{found}");
+    let found = top(json!({ "box": { "min_mm": [-3, -4, 0], "max_mm": [3, 4, 10] } }), [0.0, -0.6, 0.8]);
+    assert!((found - (2.4 + 8.0)).abs() < 1e-12, "{found}");
+}

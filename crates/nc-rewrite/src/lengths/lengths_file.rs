@@ -1,12 +1,11 @@
 //! Report on lengths.
 
+use facemill_job::format::program_stamp::ProgramStamp;
+use facemill_job::format::report::InfeasibleReport;
 use facemill_tool_model::AssemblyLength;
 use facemill_virtual_machine::{Certificates, Finding, ForcedBy};
 use schemars::JsonSchema;
 use serde::Serialize;
-
-use crate::format::program_stamp::ProgramStamp;
-use crate::format::report::InfeasibleReport;
 
 /// Value of the key `format` in the file.
 pub const LENGTHS_FORMAT: &str = "facemill-lengths/1";

@@ -1,0 +1,4 @@
+//! Laws of levels: room, reach, pieces and contours against closed forms.
+
+mod pins;
+mod posts;
