@@ -3,8 +3,7 @@
 use facemill_job::failure::Failure;
 use facemill_job::load::job::Job;
 use facemill_job::stages::Stages;
-use facemill_nc_rewrite::lengths::FoundLengths;
-use facemill_nc_rewrite::lengths::{LengthReport, Posting, ReplanTry};
+use facemill_nc_rewrite::lengths::{FoundLengths, LengthReport, Posting, ReplanTry};
 use facemill_tool_model::{HolderLibrary, OpenAssembly, ToolAssembly};
 
 use crate::plan::plan_setup;

@@ -131,6 +131,11 @@ impl<'a> Sample<'a> {
         0.5 * self.spec.diameter()
     }
 
+    /// Returns the number of blades.
+    pub(crate) fn n_blades(&self) -> usize {
+        self.spec.n_blades()
+    }
+
     /// Returns the layers and the finish of one side of the blades with the face mill.
     pub(crate) fn face_milling(&self, side: &str) -> [Value; 2] {
         let finish = self.finish(side);
@@ -167,7 +172,7 @@ impl<'a> Sample<'a> {
         let mut finish = operation(&format!("{side} finish"), self.radius, &strategy, self.spec.diameter() / 3048.0);
         finish["setup"] = json!(format!("{side} side up"));
         finish["tolerances"]["mesh_chord_mm"] = json!(round_to((100.0 * self.chord).ceil() / 100.0, 2));
-        let n_blades = self.spec.n_blades();
+        let n_blades = self.n_blades();
         finish["pattern"] = json!({ "copies": n_blades, "index_angle_deg": 360.0 / n_blades as f64 });
         let path = &mut finish["path"]["strategy"];
         path["region"] = json!({ "extend_mm": 4.0 });

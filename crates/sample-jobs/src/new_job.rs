@@ -48,6 +48,8 @@ pub enum NewJob {
     WholePropeller {
         /// Its diameter, mm.
         diameter_mm: f64,
+        /// Number of blades that are machined, from the first on; all if `None`.
+        blades: Option<usize>,
     },
     /// A wavy patch.
     Patch {
@@ -100,7 +102,7 @@ pub fn new_job(job: &NewJob, read: ReadFile<'_>) -> Result<Vec<(String, Vec<u8>)
         NewJob::OwnPropeller { ref table, diameter_mm } => table_job(table, diameter_mm, read),
         NewJob::DualPropeller { diameter_mm } => dual_propeller_job(diameter_mm),
         NewJob::CastPropeller { diameter_mm } => cast_propeller_job(diameter_mm),
-        NewJob::WholePropeller { diameter_mm } => whole_propeller_job(diameter_mm),
+        NewJob::WholePropeller { diameter_mm, blades } => whole_propeller_job(diameter_mm, blades),
         NewJob::Patch { size_mm } => patch_job(size_mm),
         NewJob::Rotor37 { scale } => rotor37_job(scale),
         NewJob::Blade { ref from, scale } => blade_job(from, scale, read),

@@ -32,15 +32,16 @@ const FILLET_AXIS: [f64; 3] = [0.7, -0.5, 0.5];
 
 /// Height of the work above the table, over the diameter: with the tool level, the head passes
 /// above the table.
-const ABOVE_TABLE: f64 = 0.4;
+const ABOVE_TABLE: f64 = 0.5;
 
 /// Returns the files of a job for a casting of DTMB 4119 with three tools: on each side, in a setup
 /// of its own, the face mill cuts the sides outward of their roots, a bull nose mill the roots and
-/// half of the hub between the blades, and a ball nose mill fillets and edges.
+/// half of the hub between the blades, and a ball nose mill fillets and edges. `blades` are
+/// machined, from the first on; all if it is `None`.
 ///
 /// # Errors
-/// If the diameter is out of range.
-pub(crate) fn whole_propeller_job(diameter: f64) -> Result<JobFiles, String> {
+/// If the diameter or the number of blades is out of range.
+pub(crate) fn whole_propeller_job(diameter: f64, blades: Option<usize>) -> Result<JobFiles, String> {
     let [least, most] = DIAMETERS;
     if !(least..=most).contains(&diameter) {
         return Err(format!("diameter of a whole propeller must be from {least} to {most} mm, is {diameter}"));
@@ -54,7 +55,17 @@ pub(crate) fn whole_propeller_job(diameter: f64) -> Result<JobFiles, String> {
     }
     job["tools"] = json!({ FACE: "tool.json", BULL: "tool-2.json", BALL: "tool-3.json" });
     job["setups"] = SIDES.iter().map(|side| setup(&sample, side)).collect();
-    job["operations"] = SIDES.iter().flat_map(|side| Side { sample: &sample, side }.operations()).collect();
+    let mut operations: Vec<Value> =
+        SIDES.iter().flat_map(|side| Side { sample: &sample, side }.operations()).collect();
+    let all = sample.n_blades();
+    let blades = blades.unwrap_or(all);
+    if !(1..=all).contains(&blades) {
+        return Err(format!("the propeller has {all} blades; {blades} of them cannot be machined"));
+    }
+    for operation in &mut operations {
+        operation["pattern"]["copies"] = json!(blades);
+    }
+    job["operations"] = json!(operations);
     let tools = [("tool.json", sample.face_mill()), ("tool-2.json", bull_nose()), ("tool-3.json", ball_nose())];
     cast.files(&job, &tools)
 }

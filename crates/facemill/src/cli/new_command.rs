@@ -69,6 +69,9 @@ pub(crate) enum NewPart {
     PropellerWhole {
         /// Folder to write to; it must be empty or not exist
         dir: PathBuf,
+        /// Blades that are machined, from the first on; default: all
+        #[arg(long, value_name = "N")]
+        blades: Option<usize>,
         /// Diameter
         #[arg(long, value_name = "MM", default_value_t = 1000.0, allow_negative_numbers = true, value_parser = above_zero)]
         diameter_mm: f64,
@@ -144,7 +147,7 @@ pub(crate) fn run(arguments: NewArguments) -> Result<ExitCode, Failure> {
         }
         NewPart::PropellerDual { dir, diameter_mm } => (dir, NewJob::DualPropeller { diameter_mm }),
         NewPart::PropellerCast { dir, diameter_mm } => (dir, NewJob::CastPropeller { diameter_mm }),
-        NewPart::PropellerWhole { dir, diameter_mm } => (dir, NewJob::WholePropeller { diameter_mm }),
+        NewPart::PropellerWhole { dir, blades, diameter_mm } => (dir, NewJob::WholePropeller { diameter_mm, blades }),
         NewPart::Patch { dir, size_mm } => (dir, NewJob::Patch { size_mm }),
         NewPart::Rotor37 { dir, scale } => (dir, NewJob::Rotor37 { scale }),
         NewPart::Blade { dir, from, scale } => (dir, NewJob::Blade { from, scale }),

@@ -24,7 +24,7 @@ fn only_searches_that_are_proven_less_finely_than_requested_have_a_line() {
             wider_points,
         });
         let (operation, mode) = ("suction".to_owned(), PostureModeFile::Smallest);
-        wider_search(&PosturesReport { operation, mode, optimum: None, search_proof, rotary: Vec::new() })
+        wider_search(&PosturesReport { operation, mode: Some(mode), optimum: None, search_proof, rotary: Vec::new() })
     };
     assert_eq!(line(None), None);
     assert_eq!(line(Some((0.002, 0.002, 0))), None);
