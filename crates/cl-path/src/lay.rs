@@ -85,7 +85,7 @@ struct Sample {
 }
 
 /// Poses on the surface that follow each other.
-type Run = Vec<(FilePoint, Contact)>;
+type ContactRun = Vec<(FilePoint, Contact)>;
 
 /// Returns where the cutter touches a surface along the cuts of a file, as passes.
 ///
@@ -139,7 +139,7 @@ fn check_number(cuts: &ToolCuts, settings: &LaySettings) -> Result<(), ClPathFau
 
 /// Parts of a cut on the surface.
 struct CutRuns {
-    runs: Vec<Run>,
+    runs: Vec<ContactRun>,
     /// Lines of the file's points that are off the surface.
     off: Vec<u32>,
 }
@@ -178,7 +178,7 @@ impl Layer<'_> {
         let samples = self.samples(cut);
         let contacts: Vec<Option<Contact>> = samples.par_iter().map(|s| self.contact(&s.point, &s.feed)).collect();
         let mut out = CutRuns { runs: Vec::new(), off: Vec::new() };
-        let mut run: Run = Vec::new();
+        let mut run: ContactRun = Vec::new();
         for (k, (sample, found)) in samples.iter().zip(&contacts).enumerate() {
             let before = k.checked_sub(1).map(|j| (&samples[j], &contacts[j]));
             match found {
@@ -278,9 +278,9 @@ const PROBED: usize = 200;
 const SAME_PLACE: f64 = 1e-9;
 
 /// Divides a run where the tool turns back, by more than 120°.
-fn divided(run: Run) -> Vec<Run> {
-    let mut all: Vec<Run> = Vec::new();
-    let mut part: Run = Vec::new();
+fn divided(run: ContactRun) -> Vec<ContactRun> {
+    let mut all: Vec<ContactRun> = Vec::new();
+    let mut part: ContactRun = Vec::new();
     let mut way = Vector3::zeros();
     for point in run {
         if let Some(last) = part.last().copied() {
@@ -306,7 +306,7 @@ impl ClPasses {
 
     /// Adds a run as a pass: its feed is the direction of the places of contact on the surface, or
     /// of the tips. A run of one place is none.
-    fn push(&mut self, run: &Run, (cutter, settings): (&Cutter, &LaySettings)) {
+    fn push(&mut self, run: &ContactRun, (cutter, settings): (&Cutter, &LaySettings)) {
         let kind = settings.kind;
         let place = |(point, contact): &(FilePoint, Contact)| match kind {
             ContactKind::OfTool => point.cl.tip,

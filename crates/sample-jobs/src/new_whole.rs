@@ -148,7 +148,8 @@ impl Side<'_> {
         with_ends(root, 400.0, 5.0, 40.0)
     }
 
-    /// Returns the finish of the hub between the blades, from its middle to the fillet of this side.
+    /// Returns the finish of the hub between the blades, from its middle to the fillet of this
+    /// side.
     fn hub(&self, finish: &Value) -> Value {
         let (sin, cos) = MIDDLE.to_radians().sin_cos();
         let across = 1.0 / SLOPE.hypot(1.0);

@@ -55,8 +55,8 @@ const SHORT: &str = "PARTNO/SHORT\nMULTAX/ON\nLOADTL/1\nSPINDL/1200,RPM,CLW\nRAP
                      GOTO/0,0,50\nGOTO/20,0,50,0.2,0,1\nRAPID\nGOTO/20,0,90\nFINI\n";
 
 /// The APT file of a plan leads to the axis positions of the plan on the same machine, and its
-/// program is verified against the part. The APT file has enough decimals for the positions to agree
-/// to the last of six decimals, which rounding may turn by one.
+/// program is verified against the part. The APT file has enough decimals for the positions to
+/// agree to the last of six decimals, which rounding may turn by one.
 #[test]
 fn the_apt_file_of_a_plan_leads_to_its_axis_positions() {
     let job = small_patch();

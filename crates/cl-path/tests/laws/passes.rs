@@ -134,7 +134,8 @@ fn a_shifted_file_on_a_shifted_plate_has_the_same_passes() {
     assert!(a.iter().zip(&b).all(|(p, q)| (p - q).norm() < 1e-6));
 }
 
-/// The last cut of a face goes beside the plate, and the leading rim on a step has nothing below it:
+/// The last cut of a face goes beside the plate, and the leading rim on a step has nothing below
+/// it:
 /// each place of contact is below the bottom of the cutter all the same.
 #[test]
 fn contacts_of_a_flat_bottom_are_below_it_beside_a_border_and_over_a_step() {
