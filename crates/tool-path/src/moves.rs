@@ -177,7 +177,8 @@ pub struct MoveSettings {
 /// clearance surface.
 ///
 /// # Errors
-/// When the monitor cancels, or two pieces cannot be linked from any of their points.
+/// When the monitor cancels, or two pieces cannot be linked although a way leads from both to the
+/// clearance surface.
 pub fn operation_moves(
     test: &PoseTest<'_>,
     settings: &MoveSettings,
@@ -204,10 +205,7 @@ pub fn region_moves(
     left_out: &mut Vec<LeftOut>,
     monitor: &dyn Monitor,
 ) -> Result<OperationMoves, PathError> {
-    let leads_of = |pieces: &[PassSegment]| {
-        leads(pieces, [&settings.entry, &settings.exit], region, test.cell.tool.cutter().radius())
-    };
-    let all_leads = leads_of(&pieces);
+    let all_leads = leads(&pieces, [&settings.entry, &settings.exit], region, test.cell.tool.cutter().radius());
     let reached: Vec<(Option<Reached>, Vec<LeftOut>)> = pieces
         .into_par_iter()
         .zip(all_leads)
@@ -225,6 +223,7 @@ pub fn region_moves(
         pieces.extend(piece);
     }
     let (turned, order, links) = loop {
+        pieces.iter_mut().enumerate().for_each(|(k, piece)| piece.laid = k);
         let turns = turns(test, settings, &pieces, monitor)?;
         let (turned, order) = in_order(test, settings, from.as_ref(), chains(pieces, turns), monitor)?;
         let links = Links::find(test, settings, from.as_ref(), &turned, monitor)?;
@@ -232,26 +231,48 @@ pub fn region_moves(
         if stuck.iter().all(|ends| *ends == [false; 2]) {
             break (turned, order, links);
         }
-        pieces = Vec::with_capacity(turned.len());
-        for ((reached, _), ends) in turned.into_iter().zip(stuck) {
-            if ends == [false; 2] {
-                pieces.push(reached);
-                continue;
-            }
-            monitor.checkpoint()?;
-            for [entry, exit] in leads_of(std::slice::from_ref(&reached.piece)) {
-                let settings = EndSettings { entry, exit, way_out: Some(WayOut { of: ends, link: settings.link }) };
-                let (kept, lost) = reach_by(test, &settings, reached.piece.clone());
-                left_out.extend(lost);
-                pieces.extend(kept);
-            }
-        }
+        pieces = freed(test, settings, turned, stuck, left_out, monitor)?;
     };
     let (pieces, turns) = turned.into_iter().unzip();
     let Links { before, between } = links;
     let (before, between) = (before.transpose()?, between.into_iter().collect::<Result<_, _>>()?);
     let moves = Sequencer::new(test, settings, from).sequence(pieces, turns, before, between)?;
     Ok(OperationMoves { order, ..moves })
+}
+
+/// Returns the pieces as laid; those with stuck ends from the first points at which a way leads to
+/// the clearance surface.
+///
+/// # Errors
+/// When the monitor cancels.
+fn freed(
+    test: &PoseTest<'_>,
+    settings: &MoveSettings,
+    pieces: TurnChain,
+    stuck: Vec<[bool; 2]>,
+    left_out: &mut Vec<LeftOut>,
+    monitor: &dyn Monitor,
+) -> Result<Vec<Reached>, PathError> {
+    let mut pieces: Vec<(Reached, [bool; 2])> = pieces.into_iter().map(|(piece, _)| piece).zip(stuck).collect();
+    pieces.sort_by_key(|(piece, _)| piece.laid);
+    let freed: Vec<(Option<Reached>, Vec<LeftOut>)> = pieces
+        .into_par_iter()
+        .map(|(reached, of)| {
+            monitor.checkpoint()?;
+            if of == [false; 2] {
+                return Ok((Some(reached), Vec::new()));
+            }
+            let [entry, exit] = reached.shapes;
+            let ends = EndSettings { entry, exit, way_out: Some(WayOut { of, link: settings.link }) };
+            Ok(reach_by(test, &ends, reached.piece))
+        })
+        .collect::<Result<_, facemill_cl_data::Cancelled>>()?;
+    let mut kept = Vec::with_capacity(freed.len());
+    for (piece, lost) in freed {
+        left_out.extend(lost);
+        kept.extend(piece);
+    }
+    Ok(kept)
 }
 
 /// Returns chains of pieces in the order in which they are cut, and a report where the job leaves
@@ -458,7 +479,7 @@ fn reach_by(test: &PoseTest<'_>, settings: &EndSettings, mut piece: PassSegment)
         }
         return (None, lost);
     }
-    (Some(Reached { piece, entry, exit }), lost)
+    (Some(Reached { piece, entry, exit, shapes: [settings.entry, settings.exit], laid: 0 }), lost)
 }
 
 /// Checks that no limited axis reaches its end between a cut and the start of rapids: with three

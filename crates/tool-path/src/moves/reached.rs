@@ -1,6 +1,6 @@
 //! Pieces with their ways in and out.
 
-use facemill_cutter_location::links::approach::Approach;
+use facemill_cutter_location::links::approach::{Approach, ApproachSettings};
 use facemill_cutter_location::links::link::Waypoint;
 
 use crate::segments::PassSegment;
@@ -13,6 +13,10 @@ pub struct Reached {
     pub entry: Approach,
     /// Out of it.
     pub exit: Approach,
+    /// Shapes of the ways in and out.
+    pub(crate) shapes: [ApproachSettings; 2],
+    /// Place among the pieces as laid.
+    pub(crate) laid: usize,
 }
 
 impl Reached {
