@@ -6,7 +6,7 @@ use crate::validate::limits::*;
 use crate::validate::validate;
 
 /// Returns example jobs with all keys that have limits between them.
-fn jobs() -> [Value; 4] {
+fn jobs() -> [Value; 6] {
     let files = new_job(&NewJob::Patch { size_mm: 100.0 }).unwrap();
     let mut laid: Value =
         serde_json::from_slice(&files.iter().find(|(name, _)| name == "job.json").unwrap().1).unwrap();
@@ -27,7 +27,11 @@ fn jobs() -> [Value; 4] {
     let mut layers = laid.clone();
     layers["operations"][0]["layers"] = json!({ "from_mm": 5.0, "depth_mm": 2.0 });
     layers["setups"][0]["rest_cell_mm"] = json!(1.0);
-    [laid, read, short, layers]
+    let mut cl = laid.clone();
+    cl["operations"][0]["path"] = json!({ "cl": { "file": "part.apt", "axes": "searched", "max_distance_mm": 0.1 } });
+    let mut levels = laid.clone();
+    levels["operations"][0]["levels"] = json!({ "axis": [0, 0, 1], "from_mm": 5.0, "to_mm": 0.0, "depth_mm": 2.0 });
+    [laid, read, short, layers, cl, levels]
 }
 
 /// Replaces a value and returns the result of the whole check of the job.
