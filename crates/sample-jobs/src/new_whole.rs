@@ -78,7 +78,7 @@ const BALL: &str = "ball nose";
 fn setup(sample: &Sample<'_>, side: &str) -> Value {
     let mut setup = sample.setup(side);
     let mut groups: Vec<String> =
-        ["", "-leading-edge", "-trailing-edge", "-fillet"].map(|part| format!("blade-1/{side}{part}")).into();
+        ["", "-leading-edge", "-trailing-edge", "-tip", "-fillet"].map(|part| format!("blade-1/{side}{part}")).into();
     groups.push("hub/cylinder".to_owned());
     setup["meshes"][0]["groups"] = json!(groups);
     setup["table_from_work"]["translation_mm"][2] = json!(round_to(ABOVE_TABLE * 2.0 * sample.tip(), 0));
@@ -204,11 +204,10 @@ impl Side<'_> {
         with_ends(operation, 40.0, 30.0, 28.0)
     }
 
-    /// Returns the one layer before a finish, with passes so far beyond the region's border.
+    /// Returns the layers before a finish, with passes so far beyond the region's border.
     fn rough(&self, finish: &Value, name: &str, beyond: f64) -> Value {
         let mut rough = self.sample.layered(finish);
         rough["name"] = json!(format!("{} {name} rough", self.side));
-        rough["layers"]["depth_mm"] = json!(self.sample.from());
         rough["path"]["strategy"]["region"]["extend_mm"] = json!(round_to(beyond, 1));
         rough
     }
