@@ -27,6 +27,8 @@ pub struct Contact {
     /// Distance of the cutter from the surface with its allowance, mm; negative where it cuts too
     /// deep.
     pub stand_off: f64,
+    /// Whether the bottom lies flat on the surface, so that it touches everywhere.
+    pub is_flat: bool,
 }
 
 /// Angle of axis and normal below which the bottom lies flat on the surface, rad. Larger: the place
@@ -62,12 +64,13 @@ pub fn contact(
     let first = surface.normal_at(&nearest.at);
     let stand_off = nearest.distance - allowance;
     let (normal, on_surface) = touch.refined(first, &nearest.at);
+    let is_flat = touch.across(&normal).is_none();
     let position = match kind {
         ContactKind::OfTool => touch.on_tool(&normal) - normal.into_inner() * allowance,
         ContactKind::OfSurface => on_surface.position,
     };
     let normal = if kind == ContactKind::OfSurface { surface.normal_at(&on_surface) } else { normal };
-    Some(Contact { position, normal, stand_off })
+    Some(Contact { position, normal, stand_off, is_flat })
 }
 
 /// Places from the axis to the leading rim that are tried for a contact of the bottom.

@@ -330,7 +330,7 @@ impl ClPasses {
         let file_contact = |(k, (point, contact)): &(usize, &(FilePoint, Contact))| {
             let cc = CcPoint::new(contact.position, contact.normal.into_inner(), feed_along(&positions, *k)).ok()?;
             let FilePoint { line, cl } = *point;
-            if kind == ContactKind::OfTool && cc.normal == cl.axis {
+            if kind == ContactKind::OfTool && contact.is_flat {
                 return Some(flat_contact((cutter, settings.allowance), cc, (line, cl), &ahead));
             }
             Some(FileContact { cc, posture: cc.posture_of(&cl.axis), cl, line })

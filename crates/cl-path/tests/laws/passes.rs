@@ -3,6 +3,7 @@
 use facemill_cl_file::read_apt;
 use facemill_cl_path::*;
 use facemill_surface_model::Surface;
+use facemill_test_kit::Random;
 use facemill_tool_model::{Cutter, cl_from_cc};
 use nalgebra::{Point3, Vector3};
 
@@ -152,6 +153,40 @@ fn contacts_of_a_flat_bottom_are_below_it_beside_a_border_and_over_a_step() {
         for point in laid.passes.iter().flat_map(|pass| &pass.points) {
             let from_tip = point.cc.position - point.cl.tip;
             assert!(from_tip.z.abs() < 0.05 && from_tip.norm() < 20.0, "{name}: {point:?}");
+        }
+    }
+}
+
+/// Nine decimals of an axis, and a frame, make the axis another than the normal in its last bits.
+#[test]
+fn kept_postures_of_a_flat_bottom_lead_back_on_plates_that_lean() {
+    let mut random = Random(43);
+    for round in 0..60 {
+        let motion = random.motion(100.0);
+        let corners = [[-100.0, -100.0], [100.0, -100.0], [100.0, 100.0], [-100.0, 100.0]];
+        let corners = corners.map(|[x, y]| motion * Point3::new(x, y, 0.0));
+        let leaning = crate::surface((corners.to_vec(), vec![[0, 1, 2], [0, 2, 3]]));
+        let at = |x: f64, y: f64| Point3::new(x, y, 0.0);
+        let way = [at(-50.0, -40.0), at(20.0, -40.0), at(50.0, 30.0), at(-40.0, 31.0)];
+        // In a frame, or in that of the part.
+        let (head, [from, to @ ..]) = if round % 2 == 0 {
+            let m = motion.to_homogeneous();
+            let rows: Vec<String> = (0..12).map(|k| format!("{:.12}", m[(k / 4, k % 4)])).collect();
+            (format!("CSYS/{}", rows.join(",")), way.map(|p| (p, Vector3::z())))
+        } else {
+            (String::from("PPRINT/NONE"), way.map(|p| (motion * p, motion.rotation * Vector3::z())))
+        };
+        let goto = |(p, a): &(Point3<f64>, Vector3<f64>)| {
+            format!("GOTO/{:.9},{:.9},{:.9},{:.9},{:.9},{:.9}\n", p.x, p.y, p.z, a.x, a.y, a.z)
+        };
+        let cuts: String = to.iter().map(goto).collect();
+        let text = format!("UNITS/MM\nMULTAX/ON\n{head}\nRAPID\n{}FEDRAT/900\n{cuts}FINI\n", goto(&from));
+        let laid = laid(&leaning, &text, ContactKind::OfTool, 0.0).unwrap();
+        assert_eq!((laid.passes.len(), laid.off_surface), (1, 0), "{round}");
+        for point in &laid.passes[0].points {
+            let cl = cl_from_cc(&mill(), &point.cc, point.posture);
+            assert!((cl.tip - point.cl.tip).norm() < 1e-9, "{round}: {:?} {point:?}", cl.tip);
+            assert!((cl.axis.into_inner() - point.cl.axis.into_inner()).norm() < 1e-9, "{round}");
         }
     }
 }
