@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use facemill_cl_data::ClPoint;
 use facemill_cl_file::{
     AptFile, AptMeaning, AptPoint, AptPointKind, AptStatement, ClSystems, arc_chords, check_units, check_word,
-    csys_frame, major_word,
+    csys_frame, free_text, major_word,
 };
 use facemill_tool_model::Cutter;
 use nalgebra::Isometry3;
@@ -110,6 +110,33 @@ fn is_cut(point: &AptPoint) -> bool {
     matches!(point.kind, AptPointKind::Linear | AptPointKind::Arc)
 }
 
+/// Values of a CUTTER, mm and deg.
+#[derive(Clone, Copy)]
+struct FileCutter {
+    line: u32,
+    diameter: f64,
+    /// Corner radius; `None` where it is not written.
+    corner: Option<f64>,
+    /// Distance of the centre of the corner from the axis and from the tip, angle of the bottom
+    /// and of the side; 0 where they are not written.
+    other: [f64; 4],
+}
+
+impl FileCutter {
+    /// Reads the values behind the diameter, in the order of APT; one that is no number counts as
+    /// not written.
+    fn new(statement: &AptStatement, diameter: f64, unit: f64) -> Self {
+        let mut values = [None; 6];
+        for (value, text) in values.iter_mut().zip(free_text(&statement.text).split(',')) {
+            *value = text.trim().parse::<f64>().ok();
+        }
+        let [_, corner, out, up, bottom, side] = values;
+        let length = |value: Option<f64>| value.unwrap_or(0.0) * unit;
+        let other = [length(out), length(up), bottom.unwrap_or(0.0), side.unwrap_or(0.0)];
+        Self { line: statement.line, diameter, corner: corner.map(|corner| corner * unit), other }
+    }
+}
+
 struct CutReader<'a> {
     file: &'a AptFile,
     settings: &'a CutSettings<'a>,
@@ -122,8 +149,8 @@ struct CutReader<'a> {
     /// mm per unit.
     unit: f64,
     has_lengths: bool,
-    /// Last CUTTER: line, diameter and corner radius, mm.
-    cutter: Option<(u32, f64, f64)>,
+    /// Last CUTTER.
+    cutter: Option<FileCutter>,
     /// CUTTER of the line that was compared.
     compared: Option<u32>,
     /// Where the tool is.
@@ -165,7 +192,7 @@ impl<'a> CutReader<'a> {
                     self.note(line, note);
                 }
             }
-            AptMeaning::Cutter { diameter, corner_radius } => self.cutter = Some((line, *diameter, *corner_radius)),
+            AptMeaning::Cutter { diameter, .. } => self.cutter = Some(FileCutter::new(statement, *diameter, self.unit)),
             AptMeaning::Unit(unit) => {
                 if *unit != self.unit && self.has_lengths {
                     let why = "UNITS changes the unit behind points, frames or feeds: put it before them";
@@ -254,28 +281,56 @@ impl<'a> CutReader<'a> {
     }
 
     fn compare_cutter(&mut self) -> Result<(), ClPathFault> {
-        let Some((line, diameter, corner)) = self.cutter else { return Ok(()) };
+        let Some(FileCutter { line, diameter, corner, other }) = self.cutter else { return Ok(()) };
         if self.compared == Some(line) {
             return Ok(());
         }
         self.compared = Some(line);
         let own = (2.0 * self.settings.cutter.radius(), self.settings.cutter.corner_radius());
         let differs = |a: f64, b: f64| (a - b).abs() > SAME_CUTTER;
-        if differs(diameter, own.0) || corner > 0.0 && differs(corner, own.1) {
+        if differs(diameter, own.0) || corner.is_some_and(|corner| differs(corner, own.1)) {
+            let corner =
+                corner.map_or("no corner radius".to_owned(), |mm| format!("a corner radius of {} mm", shown(mm)));
             let why = format!(
-                "CUTTER has a diameter of {} mm and a corner radius of {} mm, and the operation's tool has {} mm and {} mm: \
+                "CUTTER has a diameter of {} mm and {corner}, and the operation's tool has {} mm and {} mm: \
                  its tip would not touch where the file's does; give the operation the file's tool, or post the path for \
                  this one, and see that UNITS is right",
                 shown(diameter),
-                shown(corner),
                 shown(own.0),
                 shown(own.1)
             );
             return Err(ClPathFault::at(line, why));
         }
-        if differs(corner, own.1) {
-            let text = format!("CUTTER gives no corner radius, and the operation's tool has {} mm", own.1);
-            self.note(line, &text);
+        if corner.is_none() && own.1 > SAME_CUTTER {
+            let why = format!(
+                "CUTTER gives no corner radius, and the operation's tool has one of {} mm: a flat end mill would touch \
+                 elsewhere; write the corner radius behind the diameter if the file's tool has this one",
+                shown(own.1)
+            );
+            return Err(ClPathFault::at(line, why));
+        }
+        let [out, up, bottom, side] = other;
+        for (value, name) in [(bottom, "bottom"), (side, "side")] {
+            if value != 0.0 {
+                let why = format!(
+                    "CUTTER has an angle of {value} deg at its {name}, and tools of operations have none: their {name} \
+                     would touch elsewhere"
+                );
+                return Err(ClPathFault::at(line, why));
+            }
+        }
+        // Zero is how some systems leave the centre of the corner out.
+        let (is_out, is_up) = (differs(out, 0.5 * own.0 - own.1), differs(up, own.1));
+        if out != 0.0 && is_out || up != 0.0 && is_up {
+            let why = format!(
+                "CUTTER has the centre of its corner {} mm from the axis and {} mm above the tip, and the operation's tool \
+                 has it at {} mm and {} mm: they have different shapes",
+                shown(out),
+                shown(up),
+                shown(0.5 * own.0 - own.1),
+                shown(own.1)
+            );
+            return Err(ClPathFault::at(line, why));
         }
         Ok(())
     }

@@ -64,6 +64,13 @@ fn what_would_be_elsewhere_is_refused_with_its_line() {
     };
     refused("UNITS/MM\nCUTTER/50,1.5\n", "FINI\n", &["line 2", "50 mm", "40 mm", "the file's tool"]);
     refused("UNITS/MM\nCUTTER/40,3\n", "FINI\n", &["line 2", "corner radius of 3 mm"]);
+    // A flat end mill, with its corner of zero and without, is no bull nose.
+    refused("UNITS/MM\nCUTTER/40,0\n", "FINI\n", &["line 2", "corner radius of 0 mm"]);
+    refused("UNITS/MM\nCUTTER/40\n", "FINI\n", &["line 2", "no corner radius", "1.5 mm"]);
+    // Its corner elsewhere, a bottom that rises, a side that leans.
+    refused("UNITS/MM\nCUTTER/40,1.5,15,1.5,0,0,30\n", "FINI\n", &["line 2", "15 mm from the axis", "18.5 mm"]);
+    refused("UNITS/MM\nCUTTER/40,1.5,18.5,1.5,2,0,30\n", "FINI\n", &["line 2", "2 deg at its bottom"]);
+    refused("UNITS/MM\nCUTTER/40,1.5,18.5,1.5,0,-5,30\n", "FINI\n", &["line 2", "-5 deg at its side"]);
     refused("UNITS/MM\n", "TRACUT/ON\nFINI\n", &["line 6", "TRACUT is not followed"]);
     refused("UNITS/MM\n", "UNITS/INCHES\nGOTO/1,1,1\nFINI\n", &["line 6", "UNITS changes"]);
     refused("UNITS/MM\n", "FINI\nGOTO/1,1,1\n", &["line 7", "behind FINI"]);
@@ -77,12 +84,12 @@ fn what_would_be_elsewhere_is_refused_with_its_line() {
 #[test]
 fn what_is_left_out_is_noted_once_with_its_first_line() {
     let cut = "RAPID\nGOTO/0,0,0\nFEDRAT/10\nGOTO/1,0,0\n";
-    let text =
-        format!("CUTTER/40\n{cut}CUTCOM/LEFT\nCUTCOM/LEFT\nWOBBLE/3\nCYCLE/DRILL,RAPTO,2\nGOTO/5,5,0\nCYCLE/OFF\n");
+    let text = format!(
+        "CUTTER/40,1.5,18.5,1.5,0,0,30\n{cut}CUTCOM/LEFT\nCUTCOM/LEFT\nWOBBLE/3\nCYCLE/DRILL,RAPTO,2\nGOTO/5,5,0\nCYCLE/OFF\n"
+    );
     let notes = cuts_of(&text, None).unwrap().notes.join("\n");
-    for part in
-        ["line 1: CUTTER gives no corner", "line 6: CUTCOM", "line 9: CYCLE", "WOBBLE (line 8)", "UNITS", "FINI"]
-    {
+    assert!(!notes.contains("CUTTER"), "{notes}");
+    for part in ["line 6: CUTCOM", "line 9: CYCLE", "WOBBLE (line 8)", "UNITS", "FINI"] {
         assert_eq!(notes.matches(part).count(), 1, "{part}: {notes}");
     }
 }
