@@ -5,9 +5,9 @@ use std::ops::Range;
 
 use facemill_nc_program::Dialect;
 
-use crate::calls::{Target, call, is_plain, is_program_end, is_return, is_sub_end, label, program_begin, sub_begin};
-use crate::line_code::{block_number, line_code};
+use crate::calls::Target;
 use crate::line_map::LineMap;
+use crate::sources::Source;
 
 /// Most calls within each other; controls have 4 to 19.
 const DEEPEST: usize = 16;
@@ -15,8 +15,11 @@ const DEEPEST: usize = 16;
 /// Name and bytes of a file.
 type NamedFile = (String, Vec<u8>);
 
-/// Largest expanded text, bytes.
+/// Largest expanded text, and most bytes of the files that are called.
 const LARGEST: usize = 1 << 28;
+
+/// Most lines of subprograms, and runs of them. 256 MiB of usual blocks have fewer.
+const MOST_STEPS: u32 = 20_000_000;
 
 /// Why calls cannot be expanded.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -25,6 +28,22 @@ pub enum ExpandError {
     /// Subprograms call each other without end, or nearly so.
     #[error("{file}, line {line}: more than {DEEPEST} calls within each other; a subprogram calls itself")]
     TooDeep {
+        /// File of the call.
+        file: String,
+        /// Its line there, from 1.
+        line: u32,
+    },
+    /// Repetitions of repetitions.
+    #[error("{file}, line {line}: with the calls up to here subprograms run more than {MOST_STEPS} blocks")]
+    TooLong {
+        /// File of the call.
+        file: String,
+        /// Its line there, from 1.
+        line: u32,
+    },
+    /// The files of subprograms are too large.
+    #[error("{file}, line {line}: with the file that is called here subprograms have more than 256 MiB")]
+    FilesTooLarge {
         /// File of the call.
         file: String,
         /// Its line there, from 1.
@@ -80,10 +99,12 @@ impl ExpandedProgram {
 /// may have and returns the name and the bytes of the one that exists.
 ///
 /// Returns `None` where no call is expanded: the text is what runs. A call stays as it is where its
-/// subprogram is missing, or has branches, jumps, local variables or an end of the program.
+/// subprogram is missing, has no end, has branches, jumps, local variables or an end of the
+/// program, counts in another unit (Heidenhain), or is defined behind the call (LinuxCNC). Names
+/// with a folder stay, too: `file` does not know where the control looks.
 ///
 /// # Errors
-/// If calls are nested too deeply, or the text becomes too large.
+/// If calls are nested too deeply or run too many blocks, or files or the text become too large.
 pub fn expand(
     text: &[u8],
     name: &str,
@@ -93,15 +114,17 @@ pub fn expand(
     let mut work = Expansion {
         dialect,
         file,
-        sources: Vec::new(),
+        sources: vec![Source::new(name.to_owned(), text.to_vec(), 1, dialect)],
         known: BTreeMap::new(),
+        of_files: BTreeMap::new(),
+        n_called_bytes: 0,
         out: Vec::new(),
         lines: LineMap::default(),
         n_calls: 0,
+        n_steps: 0,
+        main_line: 0,
     };
-    work.add_source(name.to_owned(), text.to_vec());
-    let main = work.sources[0].main(dialect);
-    for range in main {
+    for range in work.sources[0].main().to_vec() {
         work.append((0, range), 0)?;
     }
     let Expansion { sources, out, lines, n_calls, .. } = work;
@@ -112,117 +135,6 @@ pub fn expand(
     Ok(Some(ExpandedProgram { text: out, lines, files: sources.into_iter().map(of).collect(), n_calls }))
 }
 
-/// A file with its lines.
-struct Source {
-    name: String,
-    text: Vec<u8>,
-    /// Bytes of each line, with its end.
-    lines: Vec<Range<usize>>,
-    /// Written line of the first one.
-    first_line: u32,
-}
-
-impl Source {
-    fn line(&self, k: usize) -> &[u8] {
-        &self.text[self.lines[k].clone()]
-    }
-
-    fn code(&self, k: usize, dialect: Dialect) -> String {
-        line_code(self.line(k), dialect)
-    }
-
-    /// Returns the lines that run when the file is started.
-    fn main(&self, dialect: Dialect) -> Vec<Range<usize>> {
-        let n = self.lines.len();
-        let mut parts: Vec<Range<usize>> = Vec::new();
-        let mut add = |from: usize, to: usize| {
-            if from < to {
-                parts.push(from..to);
-            }
-        };
-        let (mut from, mut k, mut has_begun) = (0, 0, false);
-        while k < n {
-            let code = self.code(k, dialect);
-            if dialect == Dialect::LinuxCnc
-                && let Some(name) = sub_begin(&code)
-            {
-                add(from, k);
-                let end = (k..n).find(|&j| is_sub_end(&self.code(j, dialect), name)).map_or(n, |j| j + 1);
-                (from, k) = (end, end);
-                continue;
-            }
-            if is_numbered(dialect) && program_begin(&code).is_some() {
-                if has_begun {
-                    break;
-                }
-                has_begun = true;
-            }
-            k += 1;
-            if is_program_end(&code, dialect) {
-                break;
-            }
-        }
-        add(from, k);
-        // The mark behind all programs.
-        let is_last = |code: &str| code == "%" || code.starts_with("END PGM");
-        if let Some(last) = (k..n).rev().find(|&j| is_last(&self.code(j, dialect))) {
-            add(last, last + 1);
-        }
-        parts
-    }
-
-    /// Returns the lines between the begin of a subprogram and its end, if it is in this file.
-    fn subprogram(&self, target: &Target, dialect: Dialect) -> Option<Range<usize>> {
-        let n = self.lines.len();
-        let code = |k: usize| self.code(k, dialect);
-        let until_return = |from: usize| (from..n).find(|&k| is_return(&code(k), dialect)).map(|end| from..end);
-        match target {
-            Target::Number(number) => until_return((0..n).find(|&k| program_begin(&code(k)) == Some(*number))? + 1),
-            Target::Block(number) => until_return((0..n).find(|&k| block_number(self.line(k)) == Some(*number))?),
-            Target::Word(name) => {
-                let begin = (0..n).find(|&k| sub_begin(&code(k)) == Some(name))?;
-                let end = (begin..n).find(|&k| is_sub_end(&code(k), name))?;
-                Some(begin + 1..end)
-            }
-            Target::Label(name) => {
-                // A label that the main program passes is no subprogram.
-                let main_end = (0..n).find(|&k| is_program_end(&code(k), dialect))?;
-                let begin = (main_end..n).find(|&k| label(&code(k)) == Some(name))?;
-                let end = (begin + 1..n).find(|&k| label(&code(k)).is_some())?;
-                (label(&code(end)) == Some("0")).then_some(begin + 1..end)
-            }
-            Target::File(_) => None,
-        }
-    }
-
-    /// Returns the lines of a subprogram that has this file for itself.
-    fn whole(&self, target: &Target, dialect: Dialect) -> Option<Range<usize>> {
-        let n = self.lines.len();
-        let Target::File(name) = target else { return self.subprogram(target, dialect) };
-        let is_code = |k: &usize| !self.code(*k, dialect).is_empty();
-        let first = (0..n).find(is_code)?;
-        if dialect == Dialect::Heidenhain {
-            let end = (0..n).rev().find(is_code)?;
-            let frames =
-                self.code(first, dialect).starts_with("BEGIN PGM") && self.code(end, dialect).starts_with("END PGM");
-            return frames.then_some(first + 1..end);
-        }
-        // `PROC NAME` without parameters and attributes is optional.
-        let begin = match self.code(first, dialect) {
-            code if code == format!("PROC{name}") => first + 1,
-            code if code.starts_with("PROC") => return None,
-            _ => first,
-        };
-        let end = (begin..n).find(|&k| is_return(&self.code(k, dialect), dialect)).unwrap_or(n);
-        Some(begin..end)
-    }
-}
-
-/// Returns whether programs of a control have numbers.
-fn is_numbered(dialect: Dialect) -> bool {
-    matches!(dialect, Dialect::Fanuc | Dialect::Haas | Dialect::Mazak)
-}
-
 /// Lines of a source.
 type Lines = (usize, Range<usize>);
 
@@ -230,33 +142,37 @@ struct Expansion<'f> {
     dialect: Dialect,
     file: &'f dyn Fn(&[String]) -> Option<NamedFile>,
     sources: Vec<Source>,
-    /// Subprograms by the source of the call, which labels depend on, and the target.
-    known: BTreeMap<(usize, Target), Option<Lines>>,
+    known: BTreeMap<Place, Option<Lines>>,
+    /// Sources that were sought as files.
+    of_files: BTreeMap<Target, Option<usize>>,
+    n_called_bytes: usize,
     out: Vec<u8>,
     lines: LineMap,
     n_calls: usize,
+    n_steps: u32,
+    /// Line of the main program that runs.
+    main_line: usize,
 }
 
-impl Expansion<'_> {
-    fn add_source(&mut self, name: String, text: Vec<u8>) -> usize {
-        let mut lines = Vec::new();
-        let mut from = 0;
-        for line in text.split_inclusive(|byte| *byte == b'\n') {
-            lines.push(from..from + line.len());
-            from += line.len();
-        }
-        let first_line = self.sources.last().map_or(1, |last| last.first_line + last.lines.len() as u32);
-        self.sources.push(Source { name, text, lines, first_line });
-        self.sources.len() - 1
-    }
+/// All that decides which lines a call means: the source of the call, which labels depend on, its
+/// target, and whether subprograms of this name are defined by now in the main program and above
+/// the call (LinuxCNC).
+type Place = (usize, Target, [bool; 2]);
 
+impl Expansion<'_> {
     /// Appends lines of a source, with the subprograms that they call.
     fn append(&mut self, (source, lines): Lines, depth: usize) -> Result<(), ExpandError> {
         for k in lines {
-            let code = self.sources[source].code(k, self.dialect);
-            let called = call(&code, self.dialect);
-            let found = called.and_then(|called| Some((self.subprogram(source, &called.target)?, called.times)));
-            let place = || (self.sources[source].name.clone(), k as u32 + 1);
+            if depth == 0 {
+                self.main_line = k;
+            } else {
+                self.step(source, k)?;
+            }
+            let called = self.sources[source].call(k).cloned();
+            let found = match called {
+                Some(called) => self.subprogram(source, k, called.target)?.map(|lines| (lines, called.times)),
+                None => None,
+            };
             let Some((lines, times)) = found else {
                 let at = &self.sources[source];
                 self.out.extend_from_slice(at.line(k));
@@ -267,14 +183,15 @@ impl Expansion<'_> {
                 continue;
             };
             if depth == DEEPEST {
-                let (file, line) = place();
+                let (file, line) = self.place(source, k);
                 return Err(ExpandError::TooDeep { file, line });
             }
             self.n_calls += 1;
             for _ in 0..times {
+                self.step(source, k)?;
                 self.append(lines.clone(), depth + 1)?;
                 if self.out.len() > LARGEST {
-                    let (file, line) = (self.sources[source].name.clone(), k as u32 + 1);
+                    let (file, line) = self.place(source, k);
                     return Err(ExpandError::TooLarge { file, line });
                 }
             }
@@ -282,34 +199,95 @@ impl Expansion<'_> {
         Ok(())
     }
 
-    /// Returns the lines of a subprogram that does the same in place of its call.
-    fn subprogram(&mut self, source: usize, target: &Target) -> Option<Lines> {
-        if let Some(known) = self.known.get(&(source, target.clone())) {
-            return known.clone();
+    /// Counts a line of a subprogram, or a run of one.
+    fn step(&mut self, source: usize, k: usize) -> Result<(), ExpandError> {
+        self.n_steps += 1;
+        if self.n_steps <= MOST_STEPS {
+            return Ok(());
         }
-        let found = self.find(source, target).filter(|(of, lines)| {
-            let mut codes = lines.clone().map(|k| self.sources[*of].code(k, self.dialect));
-            codes.all(|code| is_plain(&code, self.dialect))
-        });
-        self.known.insert((source, target.clone()), found.clone());
-        found
+        let (file, line) = self.place(source, k);
+        Err(ExpandError::TooLong { file, line })
     }
 
-    fn find(&mut self, source: usize, target: &Target) -> Option<Lines> {
-        let dialect = self.dialect;
-        // Labels and blocks are those of the calling program, others also of the main one.
-        let places: &[usize] = match target {
-            Target::Block(_) | Target::Label(_) => &[source],
-            _ => &[source, 0],
+    fn place(&self, source: usize, k: usize) -> (String, u32) {
+        (self.sources[source].name.clone(), k as u32 + 1)
+    }
+
+    /// Returns the lines of a subprogram that does the same in place of its call in line `k`.
+    fn subprogram(&mut self, source: usize, k: usize, target: Target) -> Result<Option<Lines>, ExpandError> {
+        let is_above = |at: usize, line: usize| {
+            matches!(target, Target::Word(_)) && self.sources[at].subprogram(&target).is_some_and(|sub| sub.end < line)
         };
-        if let Some(found) = places.iter().find_map(|&at| Some((at, self.sources[at].subprogram(target, dialect)?))) {
-            return Some(found);
+        let is_defined = [is_above(0, self.main_line), source > 0 && is_above(source, k)];
+        let place = (source, target, is_defined);
+        if let Some(known) = self.known.get(&place) {
+            return Ok(known.clone());
         }
-        let names = file_names(target, dialect);
-        let (name, text) = if names.is_empty() { None } else { (self.file)(&names) }?;
-        let known = self.sources.iter().position(|source| source.name == name);
-        let at = known.unwrap_or_else(|| self.add_source(name, text));
-        Some((at, self.sources[at].whole(target, dialect)?))
+        let found = self.find(&place, k)?.filter(|(of, lines)| self.sources[*of].is_plain(lines));
+        self.known.insert(place, found.clone());
+        Ok(found)
+    }
+
+    fn find(&mut self, (source, target, is_defined): &Place, k: usize) -> Result<Option<Lines>, ExpandError> {
+        let (dialect, source) = (self.dialect, *source);
+        let in_text = |at: usize| Some((at, self.sources[at].subprogram(target)?));
+        let own = in_text(source);
+        let found = match target {
+            // Labels and blocks are those of the calling program, others also of the main one.
+            Target::Block(_) | Target::Label(_) => return Ok(own),
+            Target::Word(_) => {
+                // The interpreter knows those that it has read, and seeks a file for others.
+                let [in_main, above] = *is_defined;
+                let known = if above { own.clone() } else { None }.or_else(|| in_text(0).filter(|_| in_main));
+                if known.is_none() && (own.is_some() || in_text(0).is_some()) {
+                    return Ok(None);
+                }
+                known
+            }
+            _ => own.or_else(|| in_text(0)),
+        };
+        if found.is_some() {
+            return Ok(found);
+        }
+        let Some(at) = self.source_of_file(target, source, k)? else { return Ok(None) };
+        let of_file = &self.sources[at];
+        let caller = &self.sources[source];
+        if dialect == Dialect::Heidenhain && (caller.unit().is_none() || caller.unit() != of_file.unit()) {
+            return Ok(None);
+        }
+        Ok(of_file.whole(target, dialect).map(|lines| (at, lines)))
+    }
+
+    /// Returns the source that is the file of a subprogram, which line `k` calls.
+    fn source_of_file(&mut self, target: &Target, source: usize, k: usize) -> Result<Option<usize>, ExpandError> {
+        if let Some(known) = self.of_files.get(target) {
+            return Ok(*known);
+        }
+        let names = file_names(target, self.dialect);
+        let found = if names.is_empty() { None } else { (self.file)(&names) };
+        let at = match found {
+            None => None,
+            Some((name, text)) => {
+                let known = self.sources.iter().position(|source| source.name == name);
+                Some(match known {
+                    Some(at) => at,
+                    None => self.add_source(name, text, source, k)?,
+                })
+            }
+        };
+        self.of_files.insert(target.clone(), at);
+        Ok(at)
+    }
+
+    fn add_source(&mut self, name: String, text: Vec<u8>, source: usize, k: usize) -> Result<usize, ExpandError> {
+        self.n_called_bytes = self.n_called_bytes.saturating_add(text.len());
+        if self.n_called_bytes > LARGEST {
+            let (file, line) = self.place(source, k);
+            return Err(ExpandError::FilesTooLarge { file, line });
+        }
+        let first_line = self.sources.last().map_or(1, |last| last.first_line + last.n_lines() as u32);
+        self.sources.push(Source::new(name, text, first_line, self.dialect));
+        Ok(self.sources.len() - 1)
     }
 }
 

@@ -18,8 +18,8 @@
 //!
 //! Guarantees: a call is expanded only where its subprogram is found and has no branch, no jump, no
 //! local variable and no end of the program, so that the flat text does what the control does; any
-//! other call stays as it is, and a reader reports it. Text and depth are bounded. Splitting and
-//! expanding a program gives its blocks in their order.
+//! other call stays as it is, and a reader reports it. Text, depth, executed blocks and files are
+//! bounded. Splitting and expanding a program gives its blocks in their order.
 //!
 //! Modules, each of which imports those above it alone:
 //!
@@ -28,6 +28,7 @@
 //! | `line_map` | lines of written files for lines of an expanded text |
 //! | `line_code` | a line without number, blanks and comments |
 //! | `calls` | calls, begins and ends of subprograms of each control |
+//! | `sources` | files of programs, with the lines where subprograms begin and end |
 //! | `expand` | calls replaced by the blocks of subprograms |
 //! | `sections` | passes and operations of a program |
 //! | `split` | sections of a program as subprograms |
@@ -39,6 +40,7 @@ mod expand;
 mod line_code;
 mod line_map;
 mod sections;
+mod sources;
 mod split;
 
 pub use expand::{ExpandError, ExpandedFile, ExpandedProgram, expand};

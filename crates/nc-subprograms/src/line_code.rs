@@ -6,7 +6,7 @@ use facemill_nc_program::Dialect;
 const LONGEST: usize = 300;
 
 /// Returns the code of a line in upper case: without comments and its block number, and without
-/// blanks, which Klartext keeps as one between two words. Empty for a line that is too long to be a
+/// blanks, which Klartext and Siemens keep as one between two words. Empty for a line that is too long to be a
 /// call or a mark.
 pub(crate) fn line_code(line: &[u8], dialect: Dialect) -> String {
     if line.len() > LONGEST {
@@ -24,7 +24,7 @@ pub(crate) fn line_code(line: &[u8], dialect: Dialect) -> String {
             ')' if has_parentheses => depth = depth.saturating_sub(1),
             _ if depth > 0 => {}
             c if c.is_whitespace() => {
-                if dialect == Dialect::Heidenhain && !code.is_empty() && !code.ends_with(' ') {
+                if !has_parentheses && !code.is_empty() && !code.ends_with(' ') {
                     code.push(' ');
                 }
             }

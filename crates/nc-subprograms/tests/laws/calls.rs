@@ -30,7 +30,7 @@ fn subprograms_call_others_and_are_found_beside_the_program() {
         "TRAFOOF\nG1 X1\nM30\n"
     );
     let files = [("SLOT.H", "0 BEGIN PGM SLOT MM\n1 L X+1\n2 END PGM SLOT MM\n")];
-    let text = "0 BEGIN PGM A MM\n1 CALL PGM TNC:\\nc\\SLOT.H\n2 M30\n3 END PGM A MM\n";
+    let text = "0 BEGIN PGM A MM\n1 CALL PGM SLOT.H\n2 M30\n3 END PGM A MM\n";
     let flat = "0 BEGIN PGM A MM\n1 L X+1\n2 M30\n3 END PGM A MM\n";
     assert_eq!(expanded(text, Dialect::Heidenhain, &files).unwrap(), flat);
     let files = [("slot.ngc", "o<slot> sub\nG1 X1\no<slot> endsub\nM2\n")];
@@ -75,6 +75,112 @@ fn calls_without_end_are_refused_with_their_line() {
     let text = format!("O1\nM98 P2\nM30\n{}{}O4\n{}M99\n", many(2), many(3), long);
     let why = expand(text.as_bytes(), "main.nc", Dialect::Fanuc, &|_| None).unwrap_err();
     assert!(matches!(why, ExpandError::TooLarge { .. }), "{why}");
+}
+
+/// Subprograms that end elsewhere than a return alone in its block, or not at all.
+#[test]
+fn calls_without_a_clear_end_stay() {
+    let of = |calls: &str, sub: &str| format!("%\nO1\n{calls}\nM30\nO2\nG1 X5.\n{sub}O3\nG1 X6.\nM99\n%\n");
+    assert!(expanded(&of("M98 P2", "M99\n"), Dialect::Fanuc, &[]).is_some());
+    // The call would vanish.
+    assert_eq!(expanded(&of("M98 P2 L0", "M99\n"), Dialect::Fanuc, &[]), None);
+    for sub in ["", "%\n", "M30\n"] {
+        assert_eq!(expanded(&of("M98 P2", sub), Dialect::Fanuc, &[]), None, "{sub}");
+    }
+    for end in ["G0 Z9. M2", "G0 Z9. M02", "X1 M 030", "M5 M30", "Z9. M99", "M#1", "M[2]"] {
+        assert_eq!(expanded(&of("M98 P2", &format!("{end}\nM99\n")), Dialect::Fanuc, &[]), None, "{end}");
+    }
+    for word in ["M20", "M3 S200", "M230"] {
+        assert!(expanded(&of("M98 P2", &format!("{word}\nM99\n")), Dialect::Fanuc, &[]).is_some(), "{word}");
+    }
+    let siemens = |sub: &str| expanded("SLOT\nM30\n", Dialect::Siemens840d, &[("SLOT.SPF", sub)]);
+    assert!(siemens("G1 X1 M2=3\nM17\n").is_some());
+    for sub in ["G1 X1 M17\nRET\n", "G1 X1 M=R1\nRET\n", "G1 X1\nG0 Z9 M2\nRET\n", "G1 X1\n"] {
+        assert_eq!(siemens(sub), None, "{sub}");
+    }
+    let klartext = |line: &str| {
+        format!("0 BEGIN PGM A MM\n1 CALL LBL 1\n2 M30\n3 LBL 1\n4 L X+1 {line}\n5 LBL 0\n6 END PGM A MM\n")
+    };
+    assert!(expanded(&klartext("FMAX M3"), Dialect::Heidenhain, &[]).is_some());
+    for line in ["FMAX M30", "R0 M2", "M99"] {
+        assert_eq!(expanded(&klartext(line), Dialect::Heidenhain, &[]), None, "{line}");
+    }
+}
+
+/// Words of the control are no calls, whatever files are beside the program.
+#[test]
+fn words_of_siemens_are_no_names_of_files() {
+    for word in ["G0", "M30", "T7", "TRAFOOF", "STOPRE", "SUPA", "RET", "ORIMKS ORIAXES", "G0X5", "SLOT A"] {
+        let file = format!("{}.SPF", word.replace(' ', ""));
+        let found = expanded(&format!("{word}\nM30\n"), Dialect::Siemens840d, &[(&file, "G1 X1\nRET\n")]);
+        assert_eq!(found, None, "{word}");
+    }
+    for name in ["L123", "PASS_1001_1", "_N1"] {
+        let file = format!("{name}.SPF");
+        let found = expanded(&format!("{name}\nM30\n"), Dialect::Siemens840d, &[(&file, "G1 X1\nRET\n")]);
+        assert_eq!(found.as_deref(), Some("G1 X1\nM30\n"), "{name}");
+    }
+}
+
+/// The interpreter knows a subprogram from the line on that ends it.
+#[test]
+fn subprograms_of_linuxcnc_are_defined_before_their_call() {
+    let sub = "O1 SUB\nG1 X1\nO1 ENDSUB\n";
+    let linuxcnc = |text: &str| expanded(text, Dialect::LinuxCnc, &[]);
+    assert_eq!(linuxcnc(&format!("{sub}O1 CALL\nM2\n")).as_deref(), Some("G1 X1\nM2\n"));
+    assert_eq!(linuxcnc(&format!("O1 CALL\n{sub}M2\n")), None);
+    let second = format!("O1 CALL\n{sub}O1 CALL\nM2\n");
+    assert_eq!(linuxcnc(&second).as_deref(), Some("O1 CALL\nG1 X1\nM2\n"));
+    // Within another one it counts where that is called.
+    let outer = "O2 SUB\nO1 CALL\nO2 ENDSUB\n";
+    assert_eq!(linuxcnc(&format!("{outer}{sub}O2 CALL\nM2\n")).as_deref(), Some("G1 X1\nM2\n"));
+    // Lines behind the end do not run.
+    assert_eq!(linuxcnc(&format!("{sub}O1 CALL\nM2\nO3 SUB\nO3 ENDSUB\nG1 X7\n")).as_deref(), Some("G1 X1\nM2\n"));
+}
+
+/// A called program runs only in the caller's unit, and from the caller's folder.
+#[test]
+fn programs_of_another_unit_or_folder_stay() {
+    let text = |call: &str, unit: &str| format!("0 BEGIN PGM A {unit}\n1 CALL PGM {call}\n2 M30\n3 END PGM A {unit}\n");
+    let run = |call: &str, unit: &str, of_file: &str| {
+        let sub = format!("0 BEGIN PGM SAFE{of_file}\n1 L X+1\n2 END PGM SAFE{of_file}\n");
+        expanded(&text(call, unit), Dialect::Heidenhain, &[("SAFE.H", &sub)]).is_some()
+    };
+    assert!(run("SAFE.H", "MM", " MM") && run("SAFE", "INCH", " INCH"));
+    assert!(!run("SAFE.H", "MM", " INCH") && !run("SAFE.H", "INCH", " MM") && !run("SAFE.H", "MM", ""));
+    for call in ["TNC:\\LIB\\SAFE.H", "LIB/SAFE.H", "..\\SAFE.H", "TNC:SAFE.H"] {
+        assert!(!run(call, "MM", " MM"), "{call}");
+    }
+}
+
+/// Repetitions within repetitions of nothing make no text, but would run for ever.
+#[test]
+fn repetitions_of_nothing_end_at_a_number_of_blocks() {
+    let levels: String = (2..16).map(|n| format!("O{n}\nM98 P{} L9999\nM99\n", n + 1)).collect();
+    let text = format!("O1\nM98 P2 L9999\nM30\n{levels}O16\nM99\n");
+    let why = expand(text.as_bytes(), "main.nc", Dialect::Fanuc, &|_| None).unwrap_err();
+    assert!(matches!(why, ExpandError::TooLong { line: 44, .. }), "{why}");
+}
+
+#[test]
+fn files_are_sought_once_and_bounded_together() {
+    let n_sought = std::cell::Cell::new(0);
+    let beside = |_: &[String]| {
+        n_sought.set(n_sought.get() + 1);
+        None::<(String, Vec<u8>)>
+    };
+    let subs: String = (2..50).map(|n| format!("O{n}\nM98 P900\nM99\n")).collect();
+    let calls: String = (2..50).map(|n| format!("M98 P{n}\n")).collect();
+    let text = format!("O1\n{calls}{calls}M98 P900\nM30\n{subs}");
+    let found = expand(text.as_bytes(), "main.nc", Dialect::Fanuc, &beside).expect("no fault").expect("calls");
+    assert_eq!((found.n_calls, n_sought.get()), (96, 1));
+    // Zeroes take no memory before they are touched.
+    let file = |names: &[String]| {
+        let is_large = names[0] == "O0003";
+        Some((names[0].clone(), if is_large { vec![0; 1 << 28] } else { b"O2\nM99\n".to_vec() }))
+    };
+    let why = expand(b"O1\nM98 P2\nM98 P3\nM30\n", "main.nc", Dialect::Fanuc, &file).unwrap_err();
+    assert_eq!(why, ExpandError::FilesTooLarge { file: "main.nc".to_owned(), line: 3 });
 }
 
 /// Any bytes are expanded or left, without a panic.
