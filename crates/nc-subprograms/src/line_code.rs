@@ -6,8 +6,8 @@ use facemill_nc_program::Dialect;
 const LONGEST: usize = 300;
 
 /// Returns the code of a line in upper case: without comments and its block number, and without
-/// blanks, which Klartext and Siemens keep as one between two words. Empty for a line that is too long to be a
-/// call or a mark.
+/// blanks, which Klartext and Siemens keep as one between two words. Empty for a line that is too
+/// long to be a call or a mark.
 pub(crate) fn line_code(line: &[u8], dialect: Dialect) -> String {
     if line.len() > LONGEST {
         return String::new();

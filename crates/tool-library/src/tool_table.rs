@@ -182,7 +182,8 @@ pub fn linuxcnc_table(tools: &[ToolAssembly], unit: TableUnit) -> Result<String,
 
 /// Writes a program for Siemens 840D that sets the data of tools in cutting edge D1: type, length
 /// 1 (gauge length), radius and corner radius, lengths 2 and 3 as 0, and, for tool management, the
-/// number as name: programs call tools by number (`T7`).
+/// number as name: programs call tools by number (`T7`). G710, or G700 for inches, comes first:
+/// values count in the unit in force.
 ///
 /// Types are those that 3D radius compensation knows: 110 a ball, 120 sharp corners, 121 rounded
 /// ones. Wear is left as it is: it is the operator's.
@@ -193,9 +194,10 @@ pub fn linuxcnc_table(tools: &[ToolAssembly], unit: TableUnit) -> Result<String,
 pub fn siemens_tool_data(tools: &[ToolAssembly], unit: TableUnit) -> Result<String, TableError> {
     let by_number = by_number(tools, "840D", MOST_SIEMENS)?;
     let mut text = format!(
-        "; TOOL DATA, {} TOOL(S), LENGTHS IN {}\n; LENGTH 1 IS FROM THE GAUGE LINE TO THE TIP\n",
+        "; TOOL DATA, {} TOOL(S), LENGTHS IN {}\n; LENGTH 1 IS FROM THE GAUGE LINE TO THE TIP\n{}\n",
         by_number.len(),
-        unit.name().to_uppercase()
+        unit.name().to_uppercase(),
+        if unit == TableUnit::Inch { "G700" } else { "G710" }
     );
     for (number, tool) in by_number {
         let cutter = tool.cutter();

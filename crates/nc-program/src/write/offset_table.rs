@@ -22,9 +22,9 @@ pub struct WrittenTable {
 /// axis where the program's words are 0, mm and deg, rounded as the program's header says it.
 ///
 /// LinuxCNC and G10 controls: a program of G10 L2 (L20 for additional offsets), LinuxCNC's with R0.
-/// Siemens: a subprogram that sets the whole frame `$P_UIFR[n]`, so that no rotation or fine offset
-/// stays. Heidenhain: a row of PRESET.PR, columns NO, DOC, X, Y, Z, SPA, SPB, SPC, and `…_OFFS` of
-/// each other axis.
+/// Siemens: a subprogram that sets the whole frame `$P_UIFR[n]` in mm (G710), so that no rotation
+/// or fine offset stays. Heidenhain: a row of PRESET.PR, columns NO, DOC, X, Y, Z, SPA, SPB, SPC,
+/// and `…_OFFS` of each other axis.
 ///
 /// # Errors
 /// If the dialect has no such form or offset, or a value fits no word.
@@ -81,7 +81,7 @@ pub fn write_work_offset(
         TableForm::Siemens840d => {
             let pairs: Vec<String> = values.iter().map(|(axis, value)| format!("{},{value}", axis.letter)).collect();
             let (number, pairs) = (offset.number(), pairs.join(","));
-            let text = format!("; {title}\n$P_UIFR[{number}]=CTRANS({pairs})\nM17\n");
+            let text = format!("; {title}\nG710\n$P_UIFR[{number}]=CTRANS({pairs})\nM17\n");
             WrittenTable { extension: "spf".to_owned(), text }
         }
         TableForm::Heidenhain => {

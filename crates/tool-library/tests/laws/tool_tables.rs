@@ -76,6 +76,10 @@ fn data_of_siemens_are_the_tools_in_edge_one() {
     let tools = random_tools(&mut random, 12);
     let text = siemens_tool_data(&tools, TableUnit::Millimetre).expect("a program");
     assert!(text.is_ascii() && text.ends_with("\nM17\n"));
+    let statement = |text: &str| text.lines().find(|line| !line.starts_with(';')).map(str::to_owned);
+    assert_eq!(statement(&text).as_deref(), Some("G710"), "{text}");
+    let inches = siemens_tool_data(&tools, TableUnit::Inch).expect("a program");
+    assert_eq!(statement(&inches).as_deref(), Some("G700"), "{inches}");
     let value = |variable: String| {
         let of = |line: &str| Some(line.strip_prefix(&variable)?.strip_prefix('=')?.to_owned());
         text.lines().find_map(of).unwrap_or_else(|| panic!("{variable} in\n{text}"))
