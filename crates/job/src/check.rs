@@ -114,7 +114,9 @@ fn level_line(setup: &Setup<'_>, operation: &OperationFile) -> Option<String> {
         cc.is_ok_and(|cc| setup.stock_above(&cc) > operation.tolerances.cusp_mm)
     };
     let is_stock: Vec<bool> = level.reach().middles().map(is_stock).collect();
-    let [all, kept] = level.reach().areas(|k| is_stock[k]);
+    let [room, _] = setup.level_rooms()?;
+    let may_be_swept = level.reach().may_be_swept(&room);
+    let [all, kept] = [false, true].map(|of_kept| level.reach().area(|k| is_stock[k] && !(of_kept && may_be_swept[k])));
     Some(format!(
         "operation \"{}\": level at {:.2} mm, {:.2} mm deep, on {:.1} cm2 of the stock; {:.1} cm2 of it stay because the part is in the \
          way of the tool",

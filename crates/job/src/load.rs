@@ -58,6 +58,7 @@ use crate::load::stock_solid::stock_mesh;
 use crate::planning_stock::PlanningStock;
 use crate::validate::feeds::check_chip_thickness;
 use crate::validate::layers::check_flute;
+use crate::validate::levels::check_flat_bottom;
 use crate::validate::limits::check_cutter_width;
 use crate::validate::tools::{JobByTool, setups_by_tool, tool_of, tool_of_setup};
 use crate::validate::{check_feeds, check_gouge_tolerances, check_heads, check_rounding, validate};
@@ -231,6 +232,7 @@ impl Job {
         for (tool, tool_file, is_of) in alone.chain(of_second).chain(named) {
             check_gouge_tolerances(&as_written, &is_of, tool.cutter().radius()).map_err(|e| Failure::input(path, e))?;
             check_flute(&as_written, &is_of, tool).map_err(|e| Failure::input(path, e))?;
+            check_flat_bottom(&as_written, &is_of, tool).map_err(|e| Failure::input(path, e))?;
             check_chip_thickness(&as_written, &is_of, tool.n_inserts(), &machine.feed_range())
                 .map_err(|e| Failure::input(path, e))?;
             check_cutter_width(&machine, tool).map_err(|e| Failure::input(&beside(tool_file), e))?;
@@ -380,13 +382,13 @@ impl<'a> Setup<'a> {
         let surface = Surface::new(level.pass_mesh(width), SurfaceSettings::default());
         let passes = Arc::new(ExtendedRegion { region: Region::default(), width, surface });
         let drive = level.reach().swept_mesh();
-        let first_depth = levels.from_mm.filter(|_| !levels.is_later).map(|from| from - levels.to_mm);
+        let depth = levels.from_mm.map_or(levels.depth_mm, |from| from - levels.to_mm);
         self.drive_groups = drive.groups().iter().map(|group| group.name.clone()).collect();
         self.drive = Surface::new(drive.clone(), SurfaceSettings::default());
         let part = std::mem::replace(&mut self.around_drive, Surface::new(drive, SurfaceSettings::default()));
         let part_files = std::mem::take(&mut self.drive_files);
         self.drive_allowance = 0.0;
-        self.level = Some(SetupLevel { level, passes, margin, first_depth, part, part_files });
+        self.level = Some(SetupLevel { level, passes, margin, depth, is_later: levels.is_later, part, part_files });
         self
     }
 }

@@ -32,6 +32,16 @@ pub enum PlanningStock {
     },
 }
 
+impl PlanningStock {
+    /// Returns the distance by which the stock may be thicker than what is left, mm.
+    pub(crate) fn error(&self) -> f64 {
+        match self {
+            Self::Own { .. } => 0.0,
+            Self::LeftByPrograms { cell, layer, .. } => cell + 2.0 * layer,
+        }
+    }
+}
+
 impl fmt::Display for PlanningStock {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let names = |setups: &[String]| {

@@ -56,12 +56,17 @@ const MOST_STEPS: f64 = 4_000.0;
 pub fn contour_passes(room: &LevelRoom<'_>, reach: &Reach, settings: &ContourSettings<'_>) -> Vec<ContourPass> {
     let mut passes = Vec::new();
     for border in borders(room, reach) {
-        let mut tips = simplified(&border, settings.tolerance);
+        // A smooth arc about the cutter has no sharp turn between chords this near to it.
+        let smooth = room.radius() * (1.0 - (0.25 * SHARP).cos());
+        let mut tips = simplified(&border, settings.tolerance.min(smooth));
         if !settings.is_left {
             tips.reverse();
         }
         let is_closed = border.len() > 2 && border.first() == border.last();
-        for run in needed_runs(&tips, is_closed, settings) {
+        if room.keeps_off() {
+            tips = stepped(&tips, settings.max_step);
+        }
+        for run in needed_runs((room, reach.cell()), &tips, is_closed, settings) {
             passes.extend(parts(run).into_iter().filter_map(|part| pass_along(room, reach, part, settings)));
         }
     }
@@ -168,14 +173,23 @@ fn distance_to_line(p: &Point3<f64>, a: &Point3<f64>, b: &Point3<f64>) -> f64 {
 
 /// Returns the runs of a contour that are needed. A closed contour that is needed all around begins
 /// at a sharp turn, if it has one.
-fn needed_runs(tips: &[Point3<f64>], is_closed: bool, settings: &ContourSettings<'_>) -> Vec<TipRun> {
+fn needed_runs(
+    (room, step): (&LevelRoom<'_>, f64),
+    tips: &[Point3<f64>],
+    is_closed: bool,
+    settings: &ContourSettings<'_>,
+) -> Vec<TipRun> {
     // Sides, not points: a long one passes material between its ends.
     let n = tips.len().saturating_sub(1);
     let is_needed: Vec<bool> = (0..n)
         .map(|k| {
             let way = tips[k + 1] - tips[k];
-            let steps = (way.norm() / settings.max_step).ceil().clamp(1.0, MOST_STEPS) as usize;
-            (0..=steps).any(|s| (settings.is_needed)(&(tips[k] + way * (s as f64 / steps as f64))))
+            let places = |step: f64| {
+                let n = (way.norm() / step).ceil().clamp(1.0, MOST_STEPS) as usize;
+                (0..=n).map(move |s| tips[k] + way * (s as f64 / n as f64))
+            };
+            let is_off = room.keeps_off() && places(step).any(|place| room.is_kept_off(&place));
+            !is_off && places(settings.max_step).any(|place| (settings.is_needed)(&place))
         })
         .collect();
     if is_closed && n > 2 {

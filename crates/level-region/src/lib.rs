@@ -31,14 +31,17 @@
 //! ```
 //!
 //! Guaranteed: the room is exact, by the verdicts of `facemill-interference`; a cell that counts as
-//! swept can be swept; results do not depend on the number of threads.
+//! swept can be swept, and one that may not be swept cannot; results do not depend on the number
+//! of threads.
 //!
 //! Modules, each of which imports those above it alone:
 //!
 //! | module | holds |
 //! |---|---|
 //! | `plane` | planes of levels |
+//! | `kept_off` | places of the tip that a cutter keeps off |
 //! | `room` | room of an upright cutter on a level, past what is there |
+//! | `nodes` | lattices of places of the tip, with whether the cutter fits at each |
 //! | `reach` | part of a level that the cutter sweeps, on a lattice |
 //! | `level` | a level over stock, with its reach |
 //! | `pieces` | pieces of passes where the cutter has room |
@@ -48,7 +51,9 @@
 //! It must not know jobs and machines, and how passes are laid.
 
 mod contour;
+mod kept_off;
 mod level;
+mod nodes;
 mod passes;
 mod pieces;
 mod plane;
@@ -56,6 +61,7 @@ mod reach;
 mod room;
 
 pub use crate::contour::{ContourPass, ContourSettings, contour_passes};
+pub use crate::kept_off::KeptOff;
 pub use crate::level::Level;
 pub use crate::passes::{LevelPassSettings, SidedPass, level_passes};
 pub use crate::pieces::{PieceSettings, fitting_pieces};

@@ -1,9 +1,12 @@
 //! Part of a level that an upright cutter sweeps, on a lattice.
 
+use std::f64::consts::FRAC_1_SQRT_2;
+
 use facemill_surface_model::{Group, TriMesh};
 use nalgebra::{Point2, Point3};
-use rayon::prelude::*;
 
+use crate::kept_off::KeptOff;
+use crate::nodes::NodeLattice;
 use crate::plane::LevelPlane;
 use crate::room::LevelRoom;
 
@@ -11,10 +14,11 @@ use crate::room::LevelRoom;
 const CELLS_PER_RIM: f64 = 12.0;
 
 /// Largest number of cells over the stock: a mesh of two triangles for each.
-const MOST_CELLS: f64 = 30_000.0;
+const MOST_CELLS: f64 = 100_000.0;
 
-/// Nodes along the side of a block that is decided at once, if it can be.
-const BLOCK: usize = 16;
+/// Nodes along a cell for what the cutter may reach, an even number: a border of a sixth of a cell
+/// stays uncertain.
+const FINER: usize = 8;
 
 /// Name of the group of the swept part.
 const GROUP: &str = "level";
@@ -27,13 +31,7 @@ const GROUP: &str = "level";
 /// swept may count as not swept.
 pub struct Reach {
     plane: LevelPlane,
-    /// Least coordinates of the nodes, level's frame.
-    origin: Point2<f64>,
-    cell: f64,
-    /// Number of nodes along x and y.
-    nodes: [usize; 2],
-    /// Whether the cutter fits with its tip at a node.
-    fits: Vec<bool>,
+    lattice: NodeLattice,
     /// First cell over the stock, and number of these cells along x and y.
     first: [usize; 2],
     cells: [usize; 2],
@@ -52,24 +50,15 @@ impl Reach {
         let cells = size.map(|s| (s / cell).ceil().clamp(1.0, MOST_CELLS) as usize);
         let nodes = cells.map(|n| n + 1 + 2 * beyond);
         let origin = Point2::new(low[0] - beyond as f64 * cell, low[1] - beyond as f64 * cell);
-        let mut reach = Self {
-            plane: *room.plane(),
-            origin,
-            cell,
-            nodes,
-            fits: Vec::new(),
-            first: [beyond; 2],
-            cells,
-            swept: Vec::new(),
-        };
-        reach.fits = reach.fitting(room);
+        let lattice = NodeLattice::new(room, origin, cell, nodes, 0.0);
+        let mut reach = Self { plane: *room.plane(), lattice, first: [beyond; 2], cells, swept: Vec::new() };
         reach.swept = reach.sweep(rim);
         reach
     }
 
     /// Returns the side of a cell, mm.
     pub fn cell(&self) -> f64 {
-        self.cell
+        self.lattice.cell
     }
 
     /// Returns the swept cells as a mesh of one group, facing up, workpiece frame; without
@@ -105,26 +94,81 @@ impl Reach {
     }
 
     /// Returns the area (mm²) of the cells for whose indices, in the order of [`Reach::middles`], a
-    /// condition holds, and of those of them that are not swept.
-    pub fn areas(&self, holds: impl Fn(usize) -> bool) -> [f64; 2] {
-        let counted = |(all, kept): (usize, usize), k: usize| (all + 1, kept + usize::from(!self.swept[k]));
-        let (all, kept) = (0..self.swept.len()).filter(|&k| holds(k)).fold((0, 0), counted);
-        [all, kept].map(|n| n as f64 * self.cell * self.cell)
+    /// condition holds.
+    pub fn area(&self, holds: impl Fn(usize) -> bool) -> f64 {
+        (0..self.swept.len()).filter(|&k| holds(k)).count() as f64 * self.cell() * self.cell()
+    }
+
+    /// Returns whether a cell is swept, by its index.
+    pub fn is_swept(&self, k: usize) -> bool {
+        self.swept[k]
+    }
+
+    /// Returns for each cell, in the order of [`Reach::middles`], whether its middle may be swept
+    /// from any place of the level, on the lattice or not.
+    ///
+    /// Guarantee: a middle for which it returns `false` cannot be swept by the cutter in this room.
+    pub fn may_be_swept(&self, room: &LevelRoom<'_>) -> Vec<bool> {
+        let nodes = self.lattice.nodes.map(|n| (n - 1) * FINER + 1);
+        let cell = self.cell() / FINER as f64;
+        // Each tip is within half a diagonal of a node: where the cutter fits there, the narrower
+        // one fits at the node.
+        let apart = cell * FRAC_1_SQRT_2;
+        let lattice = NodeLattice::new(room, self.lattice.origin, cell, nodes, apart);
+        let mut may = self.swept.clone();
+        for (k, (i, j)) in self.all_cells().enumerate() {
+            let [i, j] = [self.first[0] + i, self.first[1] + j].map(|n| n * FINER + FINER / 2);
+            may[k] |= lattice.fits_at(i, j);
+        }
+        self.cover(&mut may, &lattice, room.rim_radius() + apart);
+        may
+    }
+
+    /// Returns the places of the tip from which a cutter of a radius (mm) meets too much material:
+    /// a swept cell for whose index, in the order of [`Reach::middles`], `is_tall` holds.
+    ///
+    /// Strips of such cells not wider than twice the error of the material's side (mm) do not
+    /// count: a bound of stock has them beside walls.
+    pub fn kept_off(&self, is_tall: &[bool], error: f64, radius: f64) -> KeptOff {
+        let [nx, ny] = self.cells;
+        let is_tall = |i: usize, j: usize| is_tall[j * nx + i] && self.swept[j * nx + i];
+        let most = error / self.cell();
+        let around = |c: usize, n: usize| c.saturating_sub(most as usize)..(c + most as usize + 1).min(n);
+        let is_wide = |&(i, j): &(usize, usize)| {
+            let near = |a: usize, b: usize| (a as f64 - i as f64).hypot(b as f64 - j as f64) <= most;
+            around(j, ny).all(|b| around(i, nx).all(|a| !near(a, b) || is_tall(a, b)))
+        };
+        let [n, m] = self.lattice.nodes;
+        let mut is_off = vec![false; n * m];
+        // Opposite sides of cells and of steps between nodes count, too.
+        let within = radius + error + 2.0 * self.cell();
+        let beyond = (within / self.cell()).ceil() as usize;
+        for (i, j) in self.all_cells().filter(|&(i, j)| is_tall(i, j)).filter(is_wide) {
+            let [i, j] = [i + self.first[0], j + self.first[1]];
+            for b in j.saturating_sub(beyond)..(j + beyond + 1).min(m) {
+                for a in i.saturating_sub(beyond)..(i + beyond + 1).min(n) {
+                    let apart = (a as f64 - i as f64 - 0.5).hypot(b as f64 - j as f64 - 0.5) * self.cell();
+                    is_off[b * n + a] |= apart <= within;
+                }
+            }
+        }
+        KeptOff { origin: self.lattice.origin, cell: self.cell(), nodes: self.lattice.nodes, is_off }
     }
 
     /// Returns the number of nodes along x and y.
     pub(crate) fn nodes(&self) -> [usize; 2] {
-        self.nodes
+        self.lattice.nodes
     }
 
     /// Returns the position of a node, workpiece frame.
     pub(crate) fn node(&self, i: usize, j: usize) -> Point3<f64> {
-        self.plane.at(self.origin.x + i as f64 * self.cell, self.origin.y + j as f64 * self.cell)
+        let [x, y] = self.lattice.at(i, j);
+        self.plane.at(x, y)
     }
 
     /// Returns whether the cutter fits with its tip at a node.
     pub(crate) fn fits_at(&self, i: usize, j: usize) -> bool {
-        self.fits[j * self.nodes[0] + i]
+        self.lattice.fits_at(i, j)
     }
 
     fn all_cells(&self) -> impl Iterator<Item = (usize, usize)> + use<> {
@@ -134,56 +178,8 @@ impl Reach {
 
     /// Coordinates of the middle of a cell, level's frame.
     fn middle(&self, i: usize, j: usize) -> (f64, f64) {
-        let at = |k: usize, n: usize| self.origin[k] + ((self.first[k] + n) as f64 + 0.5) * self.cell;
+        let at = |k: usize, n: usize| self.lattice.origin[k] + ((self.first[k] + n) as f64 + 0.5) * self.cell();
         (at(0, i), at(1, j))
-    }
-
-    /// Decides at all nodes whether the cutter fits, block by block.
-    fn fitting(&self, room: &LevelRoom<'_>) -> Vec<bool> {
-        let [nx, ny] = self.nodes;
-        let blocks: Vec<NodeBlock> = (0..ny)
-            .step_by(BLOCK)
-            .flat_map(|j| (0..nx).step_by(BLOCK).map(move |i| NodeBlock { at: [i, j], side: BLOCK }))
-            .collect();
-        let decided: Vec<Vec<([usize; 2], bool)>> = blocks
-            .par_iter()
-            .map(|block| {
-                let mut found = Vec::new();
-                self.decide(room, *block, &mut found);
-                found
-            })
-            .collect();
-        let mut fits = vec![false; nx * ny];
-        decided.into_iter().flatten().for_each(|([i, j], does)| fits[j * nx + i] = does);
-        fits
-    }
-
-    /// Decides at the nodes of a block, all at once or in quarters.
-    fn decide(&self, room: &LevelRoom<'_>, block: NodeBlock, found: &mut Vec<([usize; 2], bool)>) {
-        let NodeBlock { at: [i, j], side } = block;
-        let [nx, ny] = self.nodes;
-        if i >= nx || j >= ny {
-            return;
-        }
-        if side == 1 {
-            found.push(([i, j], room.fits(&self.node(i, j))));
-            return;
-        }
-        let half = 0.5 * (side - 1) as f64 * self.cell;
-        let x = self.origin.x + i as f64 * self.cell + half;
-        let y = self.origin.y + j as f64 * self.cell + half;
-        match room.fits_around(&self.plane.at(x, y), half * std::f64::consts::SQRT_2) {
-            Some(all) => {
-                let nodes = (j..(j + side).min(ny)).flat_map(|j| (i..(i + side).min(nx)).map(move |i| [i, j]));
-                found.extend(nodes.map(|node| (node, all)));
-            }
-            None => {
-                let half = side / 2;
-                for at in [[i, j], [i + half, j], [i, j + half], [i + half, j + half]] {
-                    self.decide(room, NodeBlock { at, side: half }, found);
-                }
-            }
-        }
     }
 
     /// Returns the cells that the flat bottom covers from nodes where the cutter fits.
@@ -195,46 +191,30 @@ impl Reach {
             let corners = [[ni, nj], [ni + 1, nj], [ni, nj + 1], [ni + 1, nj + 1]];
             swept[j * nx + i] = corners.iter().all(|[i, j]| self.fits_at(*i, *j));
         }
-        // Beyond them, nodes beside one that does not fit reach farthest.
-        let reach = rim - self.cell * std::f64::consts::FRAC_1_SQRT_2;
-        if reach <= 0.0 {
-            return swept;
-        }
-        let most = (reach / self.cell).ceil() as isize + 1;
-        for nj in 0..self.nodes[1] {
-            for ni in 0..self.nodes[0] {
-                if !self.fits_at(ni, nj) || !self.is_at_border(ni, nj) {
-                    continue;
-                }
-                let [ci, cj] = [ni as isize - self.first[0] as isize, nj as isize - self.first[1] as isize];
-                for j in (cj - most).max(0)..(cj + most).min(ny as isize) {
-                    for i in (ci - most).max(0)..(ci + most).min(nx as isize) {
-                        let [dx, dy] = [(i - ci) as f64 + 0.5, (j - cj) as f64 + 0.5];
-                        if dx.hypot(dy) * self.cell <= reach {
-                            swept[j as usize * nx + i as usize] = true;
-                        }
-                    }
-                }
-            }
-        }
+        self.cover(&mut swept, &self.lattice, rim - self.cell() * FRAC_1_SQRT_2);
         swept
     }
 
-    /// Returns whether a node beside this one does not fit, or it is at the end of the lattice.
-    fn is_at_border(&self, i: usize, j: usize) -> bool {
-        let [nx, ny] = self.nodes;
-        if i == 0 || j == 0 || i + 1 == nx || j + 1 == ny {
-            return true;
+    /// Marks the cells with their middle within a distance of nodes at the border of a room.
+    fn cover(&self, covered: &mut [bool], lattice: &NodeLattice, within: f64) {
+        if within <= 0.0 {
+            return;
         }
-        (j - 1..=j + 1).any(|j| (i - 1..=i + 1).any(|i| !self.fits_at(i, j)))
+        let (cell, (x, y)) = (self.cell(), self.middle(0, 0));
+        lattice.visit_border(|node| {
+            // In cells from the first middle.
+            let [cx, cy] = [(node[0] - x) / cell, (node[1] - y) / cell];
+            let most = within / cell;
+            let range = |c: f64, n: usize| {
+                (c - most).ceil().max(0.0) as usize..((c + most).floor() + 1.0).clamp(0.0, n as f64) as usize
+            };
+            for j in range(cy, self.cells[1]) {
+                for i in range(cx, self.cells[0]) {
+                    if (i as f64 - cx).hypot(j as f64 - cy) <= most {
+                        covered[j * self.cells[0] + i] = true;
+                    }
+                }
+            }
+        });
     }
-}
-
-/// Square block of nodes.
-#[derive(Clone, Copy)]
-struct NodeBlock {
-    /// First node.
-    at: [usize; 2],
-    /// Number of nodes along a side: a power of two.
-    side: usize,
 }

@@ -6,6 +6,7 @@ use facemill_surface_model::TriMesh;
 use facemill_tool_model::Cutter;
 use nalgebra::Point3;
 
+use crate::kept_off::KeptOff;
 use crate::plane::LevelPlane;
 
 /// Body that the cutter must not touch, workpiece frame.
@@ -26,8 +27,10 @@ pub struct LevelRoom<'a> {
     cutter: Cutter,
     /// Height of the column, mm: above everything there.
     height: f64,
-    column: Vec<Solid>,
+    /// Bodies over the cutter; `None` if there are none of this size: then it fits nowhere.
+    column: Option<Vec<Solid>>,
     standing: Vec<Standing<'a>>,
+    kept_off: Option<KeptOff>,
 }
 
 impl<'a> LevelRoom<'a> {
@@ -39,7 +42,17 @@ impl<'a> LevelRoom<'a> {
         };
         let height = standing.iter().map(above).fold(0.0, f64::max) + 2.0 * cutter.radius();
         let column = column(cutter, cutter.radius(), height);
-        Self { plane, cutter: *cutter, height, column, standing }
+        Self { plane, cutter: *cutter, height, column, standing, kept_off: None }
+    }
+
+    /// Returns the room without places that the cutter keeps off.
+    pub fn keeping_off(self, places: KeptOff) -> Self {
+        Self { kept_off: Some(places).filter(|places| !places.is_empty()), ..self }
+    }
+
+    /// Returns whether the cutter keeps off any place.
+    pub(crate) fn keeps_off(&self) -> bool {
+        self.kept_off.is_some()
     }
 
     /// Returns the plane of the level.
@@ -47,36 +60,54 @@ impl<'a> LevelRoom<'a> {
         &self.plane
     }
 
+    /// Returns the radius of the cutter, mm.
+    pub(crate) fn radius(&self) -> f64 {
+        self.cutter.radius()
+    }
+
     /// Returns the radius of the cutter's flat bottom, mm.
     pub fn rim_radius(&self) -> f64 {
         self.cutter.rim_radius()
     }
 
-    /// Returns whether the cutter touches nothing with its tip at a point of the level; exact.
+    /// Returns whether the cutter touches nothing with its tip at a point of the level, which is no
+    /// place that it keeps off; exact.
     pub fn fits(&self, tip: &Point3<f64>) -> bool {
-        self.is_free(&self.column, tip)
+        !self.is_kept_off(tip) && self.is_free(self.column.as_deref(), tip)
     }
 
-    /// Returns whether the cutter fits at all points of the level within a distance (mm) of one;
-    /// `None` where this does not decide.
-    pub(crate) fn fits_around(&self, tip: &Point3<f64>, within: f64) -> Option<bool> {
-        let radius = self.cutter.radius();
-        if self.is_free(&column(&self.cutter, radius + within, self.height), tip) {
+    /// Returns whether the cutter keeps off a place of the tip, regardless of bodies.
+    pub(crate) fn is_kept_off(&self, tip: &Point3<f64>) -> bool {
+        let contains = |places: &KeptOff| {
+            let at = self.plane.seen_from(tip);
+            places.contains(at.x, at.y)
+        };
+        self.kept_off.as_ref().is_some_and(contains)
+    }
+
+    /// Returns whether a cutter whose radius is less by `narrower` (mm) fits at all points of the
+    /// level within a distance (mm) of one; `None` where this does not decide.
+    pub(crate) fn fits_around(&self, tip: &Point3<f64>, within: f64, narrower: f64) -> Option<bool> {
+        let of_radius = |more: f64| column(&self.cutter, self.cutter.radius() - narrower + more, self.height);
+        if self.is_free(of_radius(within).as_deref(), tip) {
             return Some(true);
         }
-        // The narrower column lies in all of these.
-        let is_narrower = within < self.cutter.rim_radius();
-        (is_narrower && !self.is_free(&column(&self.cutter, radius - within, self.height), tip)).then_some(false)
+        // The narrower column lies in all of these; without a flat bottom there is none.
+        let is_met = of_radius(-within).is_some_and(|column| !self.is_free(Some(&column), tip));
+        is_met.then_some(false)
     }
 
-    fn is_free(&self, column: &[Solid], tip: &Point3<f64>) -> bool {
+    fn is_free(&self, column: Option<&[Solid]>, tip: &Point3<f64>) -> bool {
         let pose = self.plane.upright_at(tip);
-        self.standing.iter().all(|s| s.tree.verdict_of_all(column, s.allowance, &pose, None).is_free())
+        column.is_some_and(|column| {
+            self.standing.iter().all(|s| s.tree.verdict_of_all(column, s.allowance, &pose, None).is_free())
+        })
     }
 }
 
-/// Returns the bodies of a cutter with another radius and this height.
-fn column(cutter: &Cutter, radius: f64, height: f64) -> Vec<Solid> {
+/// Returns the bodies of a cutter with another radius and this height; `None` if there is none with
+/// this radius and the corner.
+fn column(cutter: &Cutter, radius: f64, height: f64) -> Option<Vec<Solid>> {
     let of_radius = Cutter::new(radius, cutter.corner_radius(), height.max(2.0 * cutter.corner_radius()));
-    of_radius.unwrap_or(*cutter).test_bodies(0.0)
+    of_radius.ok().map(|cutter| cutter.test_bodies(0.0))
 }

@@ -12,7 +12,7 @@ use facemill_job::format::job_file::OperationFile;
 use facemill_job::format::report::remaining::{
     LevelAreas, RemainingOnRegion, RemainingOnSlope, RemainingPlace, RemainingReport,
 };
-use facemill_job::load::job::{Job, Setup};
+use facemill_job::load::job::{Job, Setup, SetupLevel};
 use facemill_job::setup::left_stock::swept_before;
 use facemill_job::stages::{MATERIAL, Stages};
 use facemill_nc_program::ReadProgram;
@@ -115,7 +115,9 @@ pub fn remaining(
     for (requested, region) in requested.iter().zip(&regions) {
         let (measured, _) = measured((requested, region), (job, setup), &sweeps, stages)?;
         let mut on_region = remaining_on_region(requested.operation, requested.limit, &measured, &up);
-        on_region.level = level_areas(setup, &sweeps, &on_region)?;
+        if let Some(areas) = level_areas(setup, &sweeps, &on_region)? {
+            count_level(&mut on_region, areas);
+        }
         operations.push(on_region);
         by_line.add(&measured);
     }
@@ -322,7 +324,8 @@ const MAX_HEIGHT: f64 = 1000.0;
 /// Returns the areas of a setup's level, from what its program leaves on the part of it that the
 /// tool reaches; `None` of a setup without a level.
 fn level_areas(setup: &Setup<'_>, sweeps: &Sweeps, left: &RemainingOnRegion) -> Result<Option<LevelAreas>, Failure> {
-    let Some(level) = setup.level.as_ref().map(|level| &level.level) else { return Ok(None) };
+    let Some(SetupLevel { level, depth, is_later, .. }) = &setup.level else { return Ok(None) };
+    let (depth, is_later) = (*depth, *is_later);
     let plane = level.plane();
     let (normal, feed) = (plane.axis(), plane.at(1.0, 0.0) - plane.at(0.0, 0.0));
     let on = |(position, _): (Point3<f64>, bool)| {
@@ -334,9 +337,36 @@ fn level_areas(setup: &Setup<'_>, sweeps: &Sweeps, left: &RemainingOnRegion) -> 
         let heights = left_heights(&sweeps.before, &places, &Silent).map_err(|_| Failure::Interrupted)?;
         places.iter_mut().zip(heights).for_each(|(place, left)| place.stock = left.height);
     }
-    let [before_mm2, part_mm2] = level.reach().areas(|k| places[k].stock > left.limit_mm);
-    let missed_mm2 = left.above_fraction * left.area_mm2;
-    Ok(Some(LevelAreas { height_mm: plane.height(), before_mm2, part_mm2, missed_mm2 }))
+    let (reach, limit) = (level.reach(), left.limit_mm);
+    let may_be_swept = setup.level_rooms().map_or_else(Vec::new, |[room, _]| reach.may_be_swept(&room));
+    let is_stock: Vec<bool> = places.iter().map(|place| place.stock > limit).collect();
+    let is_open = |k: usize| is_stock[k] && !reach.is_swept(k) && may_be_swept[k];
+    let open: Vec<SurfacePlace> = (0..places.len()).filter(|&k| is_open(k)).map(|k| places[k]).collect();
+    let is_thick = |k: usize| is_later && reach.is_swept(k) && places[k].stock > depth + limit;
+    let thick: Vec<SurfacePlace> = (0..places.len()).filter(|&k| is_thick(k)).map(|k| places[k]).collect();
+    let area_left = |of: &[SurfacePlace]| -> Result<f64, Failure> {
+        let heights = left_heights(&sweeps.sweeps, of, &Silent).map_err(|_| Failure::Interrupted)?;
+        let n = heights.iter().filter(|left| left.height > limit).count();
+        Ok(n as f64 * reach.cell() * reach.cell())
+    };
+    Ok(Some(LevelAreas {
+        height_mm: plane.height(),
+        before_mm2: reach.area(|k| is_stock[k]),
+        part_mm2: reach.area(|k| is_stock[k] && !reach.is_swept(k) && !may_be_swept[k]),
+        uncertain_mm2: area_left(&open)?,
+        missed_mm2: left.above_fraction * left.area_mm2,
+        uncut_above_mm2: area_left(&thick)?,
+    }))
+}
+
+/// Counts what is uncertain on a level as left above the limit, and a level of which nothing is
+/// reached as unfinished where there is material.
+fn count_level(left: &mut RemainingOnRegion, areas: LevelAreas) {
+    let all = left.area_mm2 + areas.uncertain_mm2;
+    left.above_fraction = (areas.missed_mm2 + areas.uncertain_mm2) / all.max(f64::MIN_POSITIVE);
+    left.exceeded |= left.above_fraction > left.allowed.max_above_fraction;
+    left.exceeded |= left.samples == 0 && areas.before_mm2 > 0.0;
+    left.level = Some(areas);
 }
 
 /// Returns the fraction of the drive surface that no operation is to cut, in any place of its

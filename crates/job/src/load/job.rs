@@ -292,8 +292,10 @@ pub struct SetupLevel {
     pub passes: Arc<ExtendedRegion>,
     /// Distance that passes keep from what is on it, besides the allowances, mm.
     pub margin: f64,
-    /// Largest thickness of the material above it, mm, if it is the first one of several.
-    pub first_depth: Option<f64>,
+    /// Thickness of the material above it that it is to cut, mm.
+    pub depth: f64,
+    /// Whether there is a level above it, which cuts down to this thickness.
+    pub is_later: bool,
     /// The whole files of the drive surface of the job.
     pub part: Surface,
     /// Files of `part` in their order, with their number of triangles.

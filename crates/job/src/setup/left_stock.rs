@@ -18,7 +18,6 @@ use crate::failure::Failure;
 use crate::format::job_file::{OperationFile, PathFile};
 use crate::frames::places;
 use crate::load::job::{Job, Setup};
-use crate::planning_stock::PlanningStock;
 use crate::setup::cell::corner_on_drive;
 use crate::setup::pass_surface::{extended_region, pass_surface};
 use crate::setup::programs_before::{NOT_NAMED, WrongTool, each_program_before, read_part, tool_of_program};
@@ -49,7 +48,7 @@ const COVERED_SAMPLES: f64 = 2_000.0;
 const MOTION_TOLERANCE: f64 = 0.002;
 
 /// Height above a layer that counts as rounding, mm: meshes of castings have single precision.
-const LAYER_ROUNDING: f64 = 0.01;
+pub(crate) const LAYER_ROUNDING: f64 = 0.01;
 
 /// Largest measured height, mm.
 const MAX_HEIGHT: f64 = 1000.0;
@@ -95,7 +94,7 @@ pub fn left_region(
         places: places(operation.pattern.as_ref()),
         name: &operation.name,
         first_layer: match &setup.level {
-            Some(level) => level.first_depth,
+            Some(level) => Some(level.depth).filter(|_| !level.is_later),
             None => operation.layers.map(|layers| layers.from_mm),
         },
         wrong: &wrong,
@@ -143,10 +142,7 @@ impl RegionMeasurement<'_> {
     /// Refuses stock that is higher above the first of several layers than that is thick; behind
     /// other programs of the stock, by more than the layer of its bound.
     fn check_layer(&self, heights: &[StockHeight], layer: f64) -> Result<(), Failure> {
-        let of_bound = match self.setup.planning_stock {
-            PlanningStock::Own { .. } => 0.0,
-            PlanningStock::LeftByPrograms { cell, layer, .. } => cell + 2.0 * layer,
-        };
+        let of_bound = self.setup.planning_stock.error();
         let known = heights.iter().filter(|h| h.height.is_finite());
         let Some(highest) = known.max_by(|a, b| a.height.total_cmp(&b.height)) else { return Ok(()) };
         if highest.height <= layer + LAYER_ROUNDING + of_bound {

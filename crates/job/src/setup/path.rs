@@ -261,9 +261,12 @@ fn from_strategy(
     let widths = ExpectedWidths::of(job, surface, operation)?;
     let strip_width = |cc: &CcPoint| widths.at(cc) * factor(cc);
     let layout = match lay_passes(surface, &region, &strategy, &settings, &strip_width, &Silent) {
-        // All that is left lies in islands that are smaller than a pass.
+        // All that is left lies in islands that are smaller than a pass: on a level passes around
+        // what is there cut them.
         Err(PathError::NoPasses { n_dropped_pieces }) if region.left.is_some() => {
-            return Ok(SidedPasses::none(n_dropped_pieces));
+            let laid = (Vec::new(), region.left.as_deref());
+            let (passes, n_short) = passes_on_level(job, setup, (operation, file), laid);
+            return Ok(SidedPasses { passes, ..SidedPasses::none(n_dropped_pieces + n_short) });
         }
         layout => layout.map_err(wrong)?,
     };

@@ -1,6 +1,7 @@
 //! Levels of roughing in a block: an operation for each.
 
 use facemill_cc_path::files::{LeftAboveFile, LeftOfFile, StrategyFile};
+use facemill_tool_model::ToolAssembly;
 use nalgebra::Vector3;
 
 use crate::format::job_file::{
@@ -75,6 +76,34 @@ pub(crate) fn check_levels(k: usize, operation: &OperationFile, job: &JobFile) -
             "operations[{k}].levels.depth_mm: {} mm makes more than {MOST_LAYERS} levels",
             levels.depth_mm
         ));
+    }
+    Ok(())
+}
+
+/// Refuses levels by a tool whose flat bottom is too small for their passes, or that has none.
+///
+/// # Errors
+/// If there are any.
+pub(crate) fn check_flat_bottom(
+    job: &JobFile,
+    is_of: &dyn Fn(&OperationFile) -> bool,
+    tool: &ToolAssembly,
+) -> Result<(), String> {
+    let (number, flat) = (tool.number(), 2.0 * tool.cutter().rim_radius());
+    for (k, operation) in job.operations.iter().enumerate().filter(|(_, o)| o.levels.is_some() && is_of(o)) {
+        if flat <= 0.0 {
+            return Err(format!(
+                "operations[{k}].levels: need a cutter with a flat bottom; T{number} has none, because its corner_radius_mm is its \
+                 radius_mm"
+            ));
+        }
+        let step_over = operation.tolerances.max_step_over_mm;
+        if step_over > flat {
+            return Err(format!(
+                "operations[{k}].tolerances.max_step_over_mm: must be at most the diameter of the flat bottom of T{number}, {flat} mm, \
+                 or strips stay between the passes of a level; is {step_over}"
+            ));
+        }
     }
     Ok(())
 }

@@ -180,6 +180,11 @@ fn levels_clear_a_block_around_a_part_and_leave_the_allowance() {
         assert_eq!(number(&areas["height_mm"]), level);
         assert!((number(&areas["before_mm2"]) / 3600.0 - 1.0).abs() < 0.03, "{areas}");
         assert!(number(&areas["missed_mm2"]) < 10.0, "{areas}");
+        assert_eq!(number(&areas["uncut_above_mm2"]), 0.0, "{areas}");
+        // Less than a fifth of a cell beside the part.
+        let around = std::f64::consts::TAU * (radius_at(level) + ALLOWANCE + CORNER);
+        let uncertain = number(&areas["uncertain_mm2"]);
+        assert!(uncertain < 0.2 * (RADIUS - CORNER) / 12.0 * around * 2.0, "{areas}");
         let section = std::f64::consts::PI * (radius_at(level) + ALLOWANCE + CORNER).powi(2);
         let part = number(&areas["part_mm2"]);
         assert!(part > 0.8 * section && part < 1.35 * section, "{part} mm2 of about {section}");
@@ -265,6 +270,10 @@ fn wrong_levels_are_refused() {
     refused(
         &[("/operations/0/path/strategy/strategy", json!({ "edge": { "width_mm": 2.0 } }))],
         &["operations[0].levels", "parallel_planes"],
+    );
+    refused(
+        &[("/operations/0/tolerances/max_step_over_mm", json!(14.1))],
+        &["operations[0].tolerances.max_step_over_mm", "flat bottom of T1, 14 mm"],
     );
     refused(&[("/operations/0/pattern", json!({ "copies": 2, "index_angle_deg": 90.0 }))], &["leave out pattern"]);
 }

@@ -55,7 +55,7 @@ pub struct RemainingOnRegion {
     /// Largest height of a finished region, mm: `cusp_mm` with path chord, linearisation and gouge
     /// tolerance.
     pub limit_mm: f64,
-    /// Fraction of the area above that limit.
+    /// Fraction of the area above that limit; on a level `uncertain_mm2` counts to both.
     pub above_fraction: f64,
     /// Fraction of the area that no cut reaches: the stock is unchanged there.
     pub never_cut_fraction: f64,
@@ -80,12 +80,18 @@ pub struct LevelAreas {
     pub before_mm2: f64,
     /// Part of it that stays because the part, a check surface or a fixture is in the way of the
     /// upright tool: their section with allowance, and what the corner of the tool leaves beside
-    /// it. At its border up to a cell of the lattice, a twelfth of the flat bottom's radius or
-    /// more, counts to it.
+    /// it. The tool certainly does not reach it.
     pub part_mm2: f64,
+    /// Area with material behind the program of which it is not certain whether the tool reaches
+    /// it: a border of less than a fifth of a cell of the lattice, which is a twelfth of the flat
+    /// bottom's radius or more, and gaps narrower than a cell.
+    pub uncertain_mm2: f64,
     /// Area that the tool could reach with material behind the program: points without a posture,
     /// entry or exit, and strips that no pass cuts.
     pub missed_mm2: f64,
+    /// Part of `missed_mm2` where the level above is not cut, either: a level is not cut where it
+    /// is thicker than its depth.
+    pub uncut_above_mm2: f64,
 }
 
 /// Material left where the surface has a slope: the angle of its outward normal to z of the
@@ -137,6 +143,12 @@ impl RemainingOnRegion {
     /// Describes the excess over the operation's limits, in words.
     pub fn why_exceeded(&self) -> String {
         let Self { operation, limit_mm, allowed, .. } = self;
+        if self.is_unmeasured() && self.level.is_some() {
+            return format!(
+                "operation \"{operation}\": the upright tool reaches nothing of its level past part, check surfaces, fixtures \
+                 and table, and there is material on it; end the levels above, or take a smaller tool"
+            );
+        }
         if self.is_unmeasured() {
             return format!(
                 "operation \"{operation}\": no sample lies in its region, so the remaining material is unknown"
@@ -169,12 +181,19 @@ impl RemainingOnRegion {
         if let Some(level) = &self.level {
             let cm2 = |area: f64| area / 100.0;
             lines.push(format!(
-                "    level {:.3} mm   material on {:.2} cm2: {:.2} stay because the part is there, {:.2} are missed",
+                "    level {:.3} mm   material on {:.2} cm2: {:.2} stay because the part is there, {:.2} are uncertain, {:.2} are missed",
                 level.height_mm,
                 cm2(level.before_mm2),
                 cm2(level.part_mm2),
+                cm2(level.uncertain_mm2),
                 cm2(level.missed_mm2)
             ));
+            if level.uncut_above_mm2 > 0.0 {
+                lines.push(format!(
+                    "      of the missed    {:.2} cm2 because the level above was not cut there",
+                    cm2(level.uncut_above_mm2)
+                ));
+            }
         }
         let percent = |share: f64| 100.0 * share;
         if self.above_fraction > 0.0 || self.never_cut_fraction > 0.0 {
