@@ -69,6 +69,20 @@ pub struct ClPasses {
     pub off_surface: usize,
     /// Line of the first of them.
     pub first_off: Option<u32>,
+    /// Length of the tip's way along all cuts, mm.
+    pub length: f64,
+    /// Length of the tip's way along the passes, mm.
+    pub length_in_passes: f64,
+    /// Number of points, of the file and inserted, that are in no pass because their feed is along
+    /// the normal or turns back.
+    pub without_direction: usize,
+    /// Line of the first of them.
+    pub first_without: Option<u32>,
+    /// Number of places where the contact jumps to another place of the cutter, and the pass is
+    /// divided.
+    pub jumps: usize,
+    /// Line of the first of them.
+    pub first_jump: Option<u32>,
     /// Largest distance above the surface of points in passes.
     pub above: StandOff,
     /// Largest depth below the surface of points in passes.
@@ -91,7 +105,9 @@ type ContactRun = Vec<(FilePoint, Contact)>;
 ///
 /// Parts of cuts that are farther above the surface than allowed, as entries, exits and links at
 /// feed, are in no pass; passes end within a hundredth of the step of where the cutter leaves the
-/// surface. A cut that turns back by more than 120° is divided there.
+/// surface. A cut that turns back by more than 120° is divided there; with
+/// [`ContactKind::OfSurface`] also one whose contact jumps, as from one side of the rim to the
+/// other: points are inserted as long as they bring both places together.
 ///
 /// # Errors
 /// With the line: the cutter is deeper in the surface than allowed; too many points. If no part of
@@ -112,9 +128,13 @@ pub fn lay_cuts(
             out.count_off(line);
         }
         for run in runs.into_iter().flat_map(divided) {
-            out.push(&run, (cutter, settings));
+            for run in layer.without_jumps(run, &mut out) {
+                out.push(&run, (cutter, settings));
+            }
         }
     }
+    let steps = cuts.cuts.iter().flat_map(|cut| cut.windows(2));
+    out.length = steps.map(|w| (w[1].cl.tip - w[0].cl.tip).norm()).sum();
     if out.passes.is_empty() {
         return Err(layer.nothing_touches(cuts));
     }
@@ -236,6 +256,71 @@ impl Layer<'_> {
         found
     }
 
+    /// Divides a run where the contact jumps on the surface.
+    fn without_jumps(&self, run: ContactRun, out: &mut ClPasses) -> Vec<ContactRun> {
+        if self.settings.kind == ContactKind::OfTool {
+            return vec![run];
+        }
+        let mut all = Vec::new();
+        let mut part: ContactRun = Vec::new();
+        for point in run {
+            let Some(last) = part.last().copied().filter(|last| self.excess(last, &point) > 0.0) else {
+                part.push(point);
+                continue;
+            };
+            let (before, after) = self.nearer(last, point);
+            let jumps = self.excess(before.last().unwrap_or(&last), after.first().unwrap_or(&point)) > 0.0;
+            part.extend(before);
+            if jumps {
+                out.jumps += 1;
+                out.first_jump = Some(out.first_jump.map_or(point.0.line, |first| first.min(point.0.line)));
+                all.push(std::mem::take(&mut part));
+            }
+            part.extend(after);
+            part.push(point);
+        }
+        all.push(part);
+        all
+    }
+
+    /// Returns points between two, up to a jump of the contact and behind it: halves the part of
+    /// the way that has the greater excess, until there is none.
+    fn nearer(&self, first: (FilePoint, Contact), second: (FilePoint, Contact)) -> (ContactRun, ContactRun) {
+        let (mut low, mut high) = (first, second);
+        let (mut before, mut after): (ContactRun, ContactRun) = (Vec::new(), Vec::new());
+        for _ in 0..BISECTIONS {
+            if self.excess(&low, &high) <= 0.0 {
+                break;
+            }
+            let point = between(&low.0, &high.0, 0.5);
+            let feed = second.0.cl.tip - first.0.cl.tip;
+            let Some(contact) = self.contact(&point, &feed) else { break };
+            let middle = (point, contact);
+            if self.excess(&low, &middle) <= self.excess(&middle, &high) {
+                before.push(middle);
+                low = middle;
+            } else {
+                after.push(middle);
+                high = middle;
+            }
+        }
+        after.reverse();
+        (before, after)
+    }
+
+    /// Returns by how much the contacts of two points are farther apart than tip and axis let
+    /// them move with the cutter, mm; not above 0 where they follow each other. A flat bottom also
+    /// lets its place turn with the feed.
+    fn excess(&self, a: &(FilePoint, Contact), b: &(FilePoint, Contact)) -> f64 {
+        if a.1.is_flat && b.1.is_flat {
+            return 0.0;
+        }
+        let way = (b.1.position - a.1.position).norm();
+        let turn = a.0.cl.axis.angle(&b.0.cl.axis);
+        let moved = (b.0.cl.tip - a.0.cl.tip).norm() + 2.0 * self.cutter.radius() * turn;
+        way - moved - self.settings.max_step.min(0.5 * self.cutter.radius())
+    }
+
     /// Returns why no cut touches: the nearest of some poses along them.
     fn nothing_touches(&self, cuts: &ToolCuts) -> ClPathFault {
         let moves: Vec<[&FilePoint; 2]> =
@@ -335,7 +420,12 @@ impl ClPasses {
             }
             Some(FileContact { cc, posture: cc.posture_of(&cl.axis), cl, line })
         };
-        let points: Vec<FileContact> = kept.iter().filter_map(file_contact).collect();
+        let points: Vec<Option<FileContact>> = kept.iter().map(file_contact).collect();
+        for ((_, (point, _)), _) in kept.iter().zip(&points).filter(|(_, found)| found.is_none()) {
+            self.without_direction += 1;
+            self.first_without = Some(self.first_without.map_or(point.line, |first| first.min(point.line)));
+        }
+        let points: Vec<FileContact> = points.into_iter().flatten().collect();
         if points.len() < 2 {
             if let Some((point, _)) = run.first() {
                 self.count_off(point.line);
@@ -346,6 +436,7 @@ impl ClPasses {
             self.above.widen(contact.stand_off, point.line);
             self.below.widen(-contact.stand_off, point.line);
         }
+        self.length_in_passes += points.windows(2).map(|w| (w[1].cl.tip - w[0].cl.tip).norm()).sum::<f64>();
         self.passes.push(ClPass { points });
     }
 }

@@ -190,3 +190,61 @@ fn kept_postures_of_a_flat_bottom_lead_back_on_plates_that_lean() {
         }
     }
 }
+
+/// In a valley, the contact of an upright tool leaves one side of the rim for the other.
+#[test]
+fn a_searched_pass_is_divided_where_its_contact_jumps_across_the_rim() {
+    let slope = 0.1_f64;
+    // Along y: the rim touches the side that rises, and is on both in the middle.
+    let row = |y: f64| [-100.0, 0.0, 100.0].map(|x: f64| Point3::new(x, y, slope * x.abs()));
+    let vertices = [row(-60.0), row(60.0)].concat();
+    let valley = crate::surface((vertices, vec![[0, 1, 4], [0, 4, 3], [1, 2, 5], [1, 5, 4]]));
+    let touching = |x: f64| {
+        // Tip of an upright cutter that touches the nearer side.
+        let normal = Vector3::new(-slope, 0.0, 1.0).normalize();
+        let cutter = mill();
+        let reach = cutter.corner_radius() + cutter.rim_radius() * normal.x.abs();
+        (reach - cutter.corner_radius() * normal.z + x.abs() * normal.x.abs()) / normal.z
+    };
+    let mut text = String::from("UNITS/MM\nRAPID\nGOTO/-60,0,50\nRAPID\n");
+    for k in 0..=20 {
+        let x = -60.0 + 6.0 * f64::from(k);
+        text += &format!("GOTO/{x},0,{:.6}\n", touching(x));
+        text += if k == 0 { "FEDRAT/900\n" } else { "" };
+    }
+    let searched = laid(&valley, &(text.clone() + "FINI\n"), ContactKind::OfSurface, 0.0).unwrap();
+    assert_eq!((searched.jumps, searched.first_jump.is_some(), searched.without_direction), (1, true, 0));
+    assert_eq!(searched.passes.len(), 2);
+    let steps = searched.passes.iter().flat_map(|pass| pass.points.windows(2));
+    let longest = steps.map(|w| (w[1].cc.position - w[0].cc.position).norm()).fold(0.0, f64::max);
+    assert!(longest < 2.1 * STEP, "{longest}");
+    // Both passes come near the jump: together they are nearly all of the way.
+    assert!((searched.length - 120.0).abs() < 2.0 && searched.length - searched.length_in_passes < 0.5);
+    // With the file's axes the tool follows the file all the way.
+    let kept = laid(&valley, &(text + "FINI\n"), ContactKind::OfTool, 0.0).unwrap();
+    assert_eq!((kept.jumps, kept.passes.len()), (0, 1));
+}
+
+/// One move at feed goes from a plate to another over a gap, where no point of the file is.
+#[test]
+fn a_way_off_the_surface_counts_without_a_point_of_the_file_on_it() {
+    let plates = [[-300.0, -100.0], [100.0, 300.0]]
+        .map(|[from, to]| [[from, -50.0], [to, -50.0], [to, 50.0], [from, 50.0]].map(|[x, y]| Point3::new(x, y, 0.0)));
+    let both = crate::surface((plates.concat(), vec![[0, 1, 2], [0, 2, 3], [4, 5, 6], [4, 6, 7]]));
+    let text = "UNITS/MM\nRAPID\nGOTO/-250,0,0\nFEDRAT/900\nGOTO/250,0,0\nRAPID\nGOTO/0,0,50\nFINI\n";
+    let laid = laid(&both, text, ContactKind::OfTool, 0.0).unwrap();
+    assert_eq!((laid.passes.len(), laid.off_surface), (2, 0));
+    // The flat bottom touches until its rim is over the gap, a little longer with its corner.
+    let way = 500.0 - 200.0 + 2.0 * mill().rim_radius();
+    assert!((laid.length - 500.0).abs() < 1e-9 && (laid.length_in_passes - way).abs() < 2.0, "{laid:?}");
+}
+
+/// A tool that goes down by less than `max_distance` above the surface has no direction in it.
+#[test]
+fn points_without_a_direction_along_the_surface_are_counted() {
+    let plate = plate([-100.0, -100.0], [100.0, 100.0]);
+    let text =
+        "UNITS/MM\nMULTAX/ON\nRAPID\nGOTO/0,0,0.04,0,0,1\nFEDRAT/900\nGOTO/0,0,0.02\nGOTO/0,0,0\nGOTO/40,0,0\nFINI\n";
+    let laid = laid(&plate, text, ContactKind::OfTool, 0.0).unwrap();
+    assert!(laid.without_direction >= 1 && laid.first_without.is_some(), "{laid:?}");
+}
