@@ -9,6 +9,8 @@ const LONGEST: usize = 300;
 /// blanks, which Klartext and Siemens keep as one between two words. Empty for a line that is too
 /// long to be a call or a mark.
 pub(crate) fn line_code(line: &[u8], dialect: Dialect) -> String {
+    #[cfg(test)]
+    tests::N_LINES.with(|n| n.set(n.get() + 1));
     if line.len() > LONGEST {
         return String::new();
     }
@@ -49,3 +51,7 @@ pub(crate) fn block_number(line: &[u8]) -> Option<u32> {
     let end = digits.iter().position(|b| !b.is_ascii_digit()).unwrap_or(digits.len());
     std::str::from_utf8(&digits[..end]).ok()?.parse().ok()
 }
+
+#[cfg(test)]
+#[path = "../tests/unit/line_code.rs"]
+mod tests;
