@@ -1,5 +1,7 @@
 //! Programs with subprograms: calls expanded before they are run.
 
+use std::cell::OnceCell;
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use facemill::formats::{CalledFile, ProgramStamp, VerificationFile};
@@ -27,7 +29,14 @@ impl<'a> CalledProgram<'a> {
         dialect: Dialect,
     ) -> Result<Option<(Self, Vec<u8>)>, Failure> {
         let name = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy();
-        let beside = |names: &[String]| file_beside(path, names);
+        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        // Listed once, and only if something is called.
+        let files_beside = OnceCell::new();
+        let beside = |names: &[String]| {
+            let there: &FilesBeside = files_beside.get_or_init(|| FilesBeside::of(folder));
+            let found = there.named(names, dialect == Dialect::LinuxCnc)?;
+            Some((found.to_owned(), files::read(&folder.join(found)).ok()?))
+        };
         let expanded = expand(text, &name, dialect, &beside).map_err(|e| Failure::input(path, e))?;
         let Some(mut expanded) = expanded else { return Ok(None) };
         let text = std::mem::take(&mut expanded.text);
@@ -73,17 +82,34 @@ impl<'a> CalledProgram<'a> {
 /// Most files that are named.
 const SHOWN: usize = 4;
 
-/// Returns the file beside a program that has one of these names, whatever its case.
-fn file_beside(path: &Path, names: &[String]) -> Option<(String, Vec<u8>)> {
-    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let mut there: Vec<String> = std::fs::read_dir(folder)
-        .ok()?
-        .flatten()
-        .filter(|entry| entry.file_type().is_ok_and(|kind| !kind.is_dir()))
-        .filter_map(|entry| entry.file_name().into_string().ok())
-        .collect();
-    there.sort();
-    let found = names.iter().find_map(|name| there.iter().find(|file| file.eq_ignore_ascii_case(name)))?;
-    let text = files::read(&folder.join(found)).ok()?;
-    Some((found.clone(), text))
+/// Files in the folder of a program, by their names in lower case.
+#[derive(Default)]
+struct FilesBeside(BTreeMap<String, Vec<String>>);
+
+impl FilesBeside {
+    /// Lists the regular files of a folder. A link is none: it may lead out of the folder.
+    fn of(folder: &Path) -> Self {
+        let mut files = Self::default();
+        let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
+        let regular = entries.filter(|entry| entry.file_type().is_ok_and(|kind| kind.is_file()));
+        for name in regular.filter_map(|entry| entry.file_name().into_string().ok()) {
+            files.0.entry(name.to_ascii_lowercase()).or_default().push(name);
+        }
+        files
+    }
+
+    /// Returns the file that has the first of these names that exists: in this case, else, where
+    /// the control does not tell cases apart, in any if it is the only one.
+    fn named(&self, names: &[String], has_cases: bool) -> Option<&str> {
+        names.iter().find_map(|name| {
+            let alike = self.0.get(&name.to_ascii_lowercase())?;
+            let exact = alike.iter().find(|file| *file == name);
+            let only = if has_cases || alike.len() > 1 { None } else { alike.first() };
+            exact.or(only).map(String::as_str)
+        })
+    }
 }
+
+#[cfg(test)]
+#[path = "../../../tests/unit/cli/arguments/called_files.rs"]
+mod tests;
