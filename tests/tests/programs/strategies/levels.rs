@@ -1,6 +1,5 @@
 //! Roughing level by level in a block, beside a part in it.
 
-use facemill::inverse_kinematics::preset;
 use facemill::new_job::NewJob;
 use facemill_tests::commands::{CommandOutput, facemill_in};
 use facemill_tests::jobs::JobFolder;
@@ -197,16 +196,14 @@ fn levels_clear_a_block_around_a_part_and_leave_the_allowance() {
 
 #[test]
 fn levels_across_a_tilted_axis_cut_a_bar_from_one_side() {
-    // 30 deg about x, on a trunnion: the tool comes from +z and -y.
+    // 30 deg about x: the tool comes from +z and -y.
     let axis = Vector3::new(0.0, -0.5, 0.75f64.sqrt());
     let job = block(&json!({ "axis": [axis.x, axis.y, axis.z], "to_mm": 33.0, "depth_mm": 6.0 }));
-    job.write("machine.json", preset("table-table-a-c").expect("a preset").as_bytes());
     let bar = json!({ "cylinder": { "base_mm": [0, 0, 0], "radius_mm": 30, "height_mm": 30 } });
     job.set(
         "job.json",
         &[
             ("/setups/0/stock", bar),
-            ("/setups/0/table_from_work", json!({ "translation_mm": [0.0, 0.0, 60.0] })),
             ("/setups/0/clearance", json!({ "sphere": { "radius_mm": 80.0 } })),
             ("/operations/0/search/preferred_branch", json!("nearest_home")),
             ("/operations/0/path/strategy/strategy/parallel_planes/normal", json!([1.0, 0.0, 0.0])),
