@@ -40,7 +40,7 @@ fn swept_cells_are_those_that_the_flat_bottom_reaches_but_for_a_border_of_a_cell
         let reached_from = post.free_from() - RIM;
         let mut n = [0, 0];
         for (middle, is_swept) in level.reach().middles() {
-            let at = post.from_axis(&middle);
+            let at = post.off_axis(&middle);
             n[usize::from(is_swept)] += 1;
             assert!(!is_swept || at > reached_from - PRISM, "a cell at {at} mm of {reached_from} counts as swept");
             assert!(is_swept || at < reached_from + 2.0 * cell, "a cell at {at} mm of {reached_from} does not");
@@ -61,7 +61,7 @@ fn what_may_be_swept_ends_less_than_a_fifth_of_a_cell_beyond_what_can_be() {
         let reached_from = post.free_from() - RIM;
         let mut n = [0, 0];
         for ((middle, is_swept), may) in level.reach().middles().zip(may_be_swept) {
-            let at = post.from_axis(&middle);
+            let at = post.off_axis(&middle);
             n[usize::from(may)] += 1;
             assert!(may || !is_swept && at < reached_from + PRISM, "a cell at {at} mm of {reached_from} can be swept");
             let border = reached_from - 0.2 * level.reach().cell() - PRISM;
@@ -129,7 +129,7 @@ fn the_cutter_keeps_off_stock_that_is_too_thick_and_cuts_right_up_to_it() {
     assert!(tips().count() > 10 && tips().all(|tip| tip.x - CUTTER[0] > from - 0.01), "the contour keeps off it");
     // A strip beside the post, as a bound of stock has it, is none.
     let reached_from = post.free_from() - RIM;
-    let strip = |p: &Point3<f64>| post.from_axis(p) < reached_from + 1.0;
+    let strip = |p: &Point3<f64>| post.off_axis(p) < reached_from + 1.0;
     assert!(kept_off(&strip, 1.0).fits(&post.plane.at(post.free_from() + PRISM, 0.0)));
 }
 
@@ -203,9 +203,9 @@ fn a_contour_keeps_to_the_border_of_the_room_and_comes_from_outside() {
             assert_eq!(passes[0].is_left, is_left);
             let points = &passes[0].points;
             let tips: Vec<Point3<f64>> = points.iter().map(|p| p.position - p.feed.into_inner() * RIM).collect();
-            assert!(is_open(&tips[0]), "begins at {} mm of {STOCK}", post.from_axis(&tips[0]));
+            assert!(is_open(&tips[0]), "begins at {} mm of {STOCK}", post.off_axis(&tips[0]));
             // From outside straight on, then all around.
-            let on_border = |tip: &&Point3<f64>| (post.from_axis(tip) - post.free_from()).abs() < PRISM;
+            let on_border = |tip: &&Point3<f64>| (post.off_axis(tip) - post.free_from()).abs() < PRISM;
             let around: Vec<&Point3<f64>> = tips.iter().skip_while(|tip| !on_border(tip)).collect();
             assert!(around.iter().all(on_border) && around.len() > 20);
             let turned: f64 = around

@@ -62,7 +62,7 @@ impl Post {
     }
 
     /// Distance of a point from the post's axis, mm.
-    pub(crate) fn from_axis(&self, p: &Point3<f64>) -> f64 {
+    pub(crate) fn off_axis(&self, p: &Point3<f64>) -> f64 {
         let at = self.plane.seen_from(p);
         at.x.hypot(at.y)
     }
