@@ -71,7 +71,33 @@ pub fn passes_of_cl_file(
         laid.passes.iter_mut().for_each(reverse);
     }
     let (n_cuts, n_points) = (cuts.cuts.len(), cuts.cuts.iter().map(Vec::len).sum());
-    Ok(ClLaid { tool: cuts.tool, n_cuts, n_points, laid, notes: cuts.notes, uncut_left })
+    let notes = cuts.notes.into_iter().chain(remarks(&laid)).collect();
+    Ok(ClLaid { tool: cuts.tool, n_cuts, n_points, laid, notes, uncut_left })
+}
+
+/// Remarks on parts of the file that are in no pass.
+fn remarks(laid: &ClPasses) -> Vec<String> {
+    let left_out = laid.length - laid.length_in_passes;
+    let at = |line: Option<u32>| line.map_or_else(String::new, |line| format!("; the first in line {line}"));
+    let mut notes = Vec::new();
+    if left_out > 1e-3 {
+        notes.push(format!("{left_out:.3} mm of {:.3} mm at feed are in no pass", laid.length));
+    }
+    if laid.without_direction > 0 {
+        let n = laid.without_direction;
+        notes.push(format!(
+            "{n} points have no direction along the surface, and are left out{}",
+            at(laid.first_without)
+        ));
+    }
+    if laid.jumps > 0 {
+        let n = laid.jumps;
+        notes.push(format!(
+            "the contact jumps on the cutter in {n} places, where passes are divided{}",
+            at(laid.first_jump)
+        ));
+    }
+    notes
 }
 
 impl ClLaid {
