@@ -77,7 +77,7 @@ fn a_lane_that_misses_the_nodes_is_not_taken_for_the_part() {
     let post = Post::along(Vector3::z_axis(), 6.0);
     let places = (-15..=15).flat_map(|k| [1.0, -1.0].map(|side| (2.0 * f64::from(k), side)));
     let shifted = |(x, side): (f64, f64)| {
-        let y = 0.2 + side * (post.free_from() + 0.01);
+        let y = 0.2 + side * (post.free_from() + 0.08);
         post.post.0.transformed(&Isometry3::translation(x, y, 0.0))
     };
     let rows: Vec<(TriMesh, MeshTree)> = places.map(shifted).map(|mesh| (mesh.clone(), MeshTree::new(&mesh))).collect();
