@@ -142,7 +142,7 @@ struct Expansion<'f> {
     dialect: Dialect,
     file: &'f dyn Fn(&[String]) -> Option<NamedFile>,
     sources: Vec<Source>,
-    known: BTreeMap<Place, Option<Lines>>,
+    known: BTreeMap<LinePlace, Option<Lines>>,
     /// Sources that were sought as files.
     of_files: BTreeMap<Target, Option<usize>>,
     n_called_bytes: usize,
@@ -157,7 +157,7 @@ struct Expansion<'f> {
 /// All that decides which lines a call means: the source of the call, which labels depend on, its
 /// target, and whether subprograms of this name are defined by now in the main program and above
 /// the call (LinuxCNC).
-type Place = (usize, Target, [bool; 2]);
+type LinePlace = (usize, Target, [bool; 2]);
 
 impl Expansion<'_> {
     /// Appends lines of a source, with the subprograms that they call.
@@ -228,7 +228,7 @@ impl Expansion<'_> {
         Ok(found)
     }
 
-    fn find(&mut self, (source, target, is_defined): &Place, k: usize) -> Result<Option<Lines>, ExpandError> {
+    fn find(&mut self, (source, target, is_defined): &LinePlace, k: usize) -> Result<Option<Lines>, ExpandError> {
         let (dialect, source) = (self.dialect, *source);
         let in_text = |at: usize| Some((at, self.sources[at].subprogram(target)?));
         let own = in_text(source);

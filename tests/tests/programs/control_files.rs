@@ -293,7 +293,7 @@ fn planted_fault_is_found(job: &JobFolder, dialect: &str, main: &str, sub: &str)
     let lines: Vec<&str> = text.lines().collect();
     let end = lines.iter().rposition(|line| line.contains(end)).expect("an end");
     let is_cut = |line: &&str| line.contains('Z') && line.contains('F') && !line.contains("FMAX");
-    let at = lines[..end].iter().rposition(|line| is_cut(line)).expect("a cut");
+    let at = lines[..end].iter().rposition(is_cut).expect("a cut");
     let words = lines[at].split(' ').map(|word| if word.starts_with('Z') { "Z-90." } else { word });
     let mut changed: Vec<String> = lines.iter().map(|line| (*line).to_owned()).collect();
     let planted = words.collect::<Vec<_>>().join(" ");
