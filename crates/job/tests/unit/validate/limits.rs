@@ -31,6 +31,8 @@ fn jobs() -> [Value; 6] {
     cl["operations"][0]["path"] = json!({ "cl": { "file": "part.apt", "axes": "searched", "max_distance_mm": 0.1 } });
     let mut levels = laid.clone();
     levels["operations"][0]["levels"] = json!({ "axis": [0, 0, 1], "from_mm": 5.0, "to_mm": 0.0, "depth_mm": 2.0 });
+    levels["operations"][0].as_object_mut().unwrap().remove("pattern");
+    levels["setups"][0]["stock"] = json!({ "box": { "min_mm": [-60, -60, -10], "max_mm": [60, 60, 20] } });
     [laid, read, short, layers, cl, levels]
 }
 
