@@ -111,29 +111,23 @@ impl CastPropeller {
 /// Measures that the pieces of the job share.
 pub(crate) struct Sample<'a> {
     cast: &'a CastPropeller,
-    spec: &'a PropellerSpec,
     /// Radius of the face mill, mm.
     radius: f64,
-    /// Largest material on the casting, mm.
-    from: f64,
-    /// Chord error of the mesh, mm.
-    chord: f64,
 }
 
 impl<'a> Sample<'a> {
     pub(crate) fn of(cast: &'a CastPropeller) -> Self {
-        let radius = cutter_radius(0.02625 * cast.spec.diameter());
-        Self { cast, spec: &cast.spec, radius, from: cast.from, chord: cast.chord }
+        Self { cast, radius: cutter_radius(0.02625 * cast.spec.diameter()) }
     }
 
     /// Returns the radius of the propeller, mm.
     pub(crate) fn tip(&self) -> f64 {
-        0.5 * self.spec.diameter()
+        0.5 * self.cast.spec.diameter()
     }
 
     /// Returns the number of blades.
     pub(crate) fn n_blades(&self) -> usize {
-        self.spec.n_blades()
+        self.cast.spec.n_blades()
     }
 
     /// Returns the layers and the finish of one side of the blades with the face mill.
@@ -150,11 +144,11 @@ impl<'a> Sample<'a> {
         json!({
             "name": format!("{side} side up"),
             "work_from_part": { "rotation_axis": [1.0, 0.0, 0.0], "rotation_deg": turn_deg },
-            "table_from_work": { "translation_mm": [0.0, 0.0, round_to(0.25 * self.spec.diameter(), 0)] },
+            "table_from_work": { "translation_mm": [0.0, 0.0, round_to(0.25 * self.cast.spec.diameter(), 0)] },
             "work_offset": { "register": "G54" },
             "meshes": [mesh(&format!("blade-1/{side}"), "drive"), mesh("*", "part")],
             "stock": { "mesh": { "file": "casting.glb", "unit": "metre", "up_axis": "y" } },
-            "clearance": { "plane": { "origin_mm": [0.0, 0.0, (top + self.from + 10.0).ceil()] } },
+            "clearance": { "plane": { "origin_mm": [0.0, 0.0, (top + self.cast.from + 10.0).ceil()] } },
             "rapid_clearance_mm": 5.0,
         })
     }
@@ -169,9 +163,10 @@ impl<'a> Sample<'a> {
                 "to_radius_mm": round_to(FACE_MILL[1] * tip, 1),
             }
         });
-        let mut finish = operation(&format!("{side} finish"), self.radius, &strategy, self.spec.diameter() / 3048.0);
+        let mut finish =
+            operation(&format!("{side} finish"), self.radius, &strategy, self.cast.spec.diameter() / 3048.0);
         finish["setup"] = json!(format!("{side} side up"));
-        finish["tolerances"]["mesh_chord_mm"] = json!(round_to((100.0 * self.chord).ceil() / 100.0, 2));
+        finish["tolerances"]["mesh_chord_mm"] = json!(round_to((100.0 * self.cast.chord).ceil() / 100.0, 2));
         let n_blades = self.n_blades();
         finish["pattern"] = json!({ "copies": n_blades, "index_angle_deg": 360.0 / n_blades as f64 });
         let path = &mut finish["path"]["strategy"];
@@ -194,7 +189,7 @@ impl<'a> Sample<'a> {
         let mut rough = self.layered(finish);
         rough["name"] = json!(rough["name"].as_str().unwrap_or_default().replace("finish", "rough"));
         // The casting beside an edge goes with the passes that run on beyond it.
-        rough["path"]["strategy"]["region"] = json!({ "extend_mm": round_to(2.0 * self.from, 1) });
+        rough["path"]["strategy"]["region"] = json!({ "extend_mm": round_to(2.0 * self.cast.from, 1) });
         rough["search"]["mode"] = json!("smallest");
         rough["search"]["tilt_deg"] = json!([4.0, 15.0]);
         rough["tolerances"]["max_step_over_mm"] = json!(round_to(0.36 * self.radius, 1));
@@ -210,7 +205,7 @@ impl<'a> Sample<'a> {
     pub(crate) fn layered(&self, finish: &Value) -> Value {
         let mut rough = finish.clone();
         rough["allowance_mm"] = json!(LEFT);
-        rough["layers"] = json!({ "from_mm": self.from, "depth_mm": DEPTH });
+        rough["layers"] = json!({ "from_mm": self.cast.from, "depth_mm": DEPTH });
         let tolerances = &mut rough["tolerances"];
         tolerances["cusp_mm"] = json!(0.3);
         tolerances["max_step_mm"] = json!(4.0);
@@ -222,13 +217,13 @@ impl<'a> Sample<'a> {
 
     /// Returns the largest material on the casting, mm.
     pub(crate) fn from(&self) -> f64 {
-        self.from
+        self.cast.from
     }
 
     /// Returns a face mill whose flute is longer than the casting's material is high.
     pub(crate) fn face_mill(&self) -> Value {
         let mut tool = tool_file(self.radius, (4.0 * self.radius).max(180.0));
-        let flute = (1.3 * self.from).ceil();
+        let flute = (1.3 * self.cast.from).ceil();
         let more = flute - tool["flute_length_mm"].as_f64().unwrap_or_default();
         tool["flute_length_mm"] = json!(flute);
         for key in ["stick_out_mm", "gauge_length_mm"] {
