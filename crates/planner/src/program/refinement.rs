@@ -7,7 +7,7 @@ use facemill_job::setup::cell::pass_settings;
 use facemill_tool_path::linearity::turned_near;
 use facemill_tool_path::moves::{Move, MoveKind};
 use facemill_tool_path::segments::{Filler, PosePair};
-use facemill_virtual_machine::{Certificate, Certificates, FindingKind, Verification};
+use facemill_virtual_machine::{Certificate, Certificates, Finding, FindingKind, Verification};
 
 use crate::passes::move_settings::cut_linearity;
 use crate::passes::operation::PlannedOperation;
@@ -29,6 +29,14 @@ pub(crate) fn lines_to_refine(
     let is_open = |c: &&Certificate| !c.certified && c.doubted_since_line.is_none();
     let open = certificates.iter().flat_map(|c| &c.certificates).filter(is_open).map(|c| c.line);
     gouged.chain(open).collect()
+}
+
+/// Returns the lines of blocks in which the tool assembly comes nearer to an obstacle than its
+/// clearances permit, as after the stock was cut.
+pub(crate) fn lines_too_near(runs: &[Verification]) -> BTreeSet<u32> {
+    let is_near =
+        |f: &&Finding| matches!(f.kind, FindingKind::NearMiss | FindingKind::Collision | FindingKind::HolderCollision);
+    runs.iter().flat_map(|run| &run.findings).filter(is_near).flat_map(|f| f.first_line..=f.last_line).collect()
 }
 
 /// Inserts a tested pose into the middle of each of these blocks, and others beside it where the

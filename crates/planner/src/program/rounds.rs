@@ -13,7 +13,7 @@ use crate::plan_stock::{CutByPlan, StockBefore};
 use crate::program::cut_stock::{cut_by_heads, held_as_cut, stock_of_links};
 use crate::program::heads::Heads;
 use crate::program::output::check_feeds;
-use crate::program::refinement::{ROUNDS, lines_to_refine};
+use crate::program::refinement::{ROUNDS, lines_to_refine, lines_too_near};
 use crate::program::run_program::RunProgram;
 use crate::stage_clock::Clock;
 
@@ -74,7 +74,7 @@ impl<'a, H: Heads<'a, N>, const N: usize> HeadsProgram<'_, 'a, H, N> {
     /// Returns an error if the program cannot be written, the control would read other feeds than
     /// the plan means, or the stages are cancelled.
     pub(crate) fn verified(&mut self, clock: &mut Clock) -> Result<VerifiedProgram<H::Texts, N>, Failure> {
-        let (mut added_poses, mut round) = (0, 0);
+        let (mut added_poses, mut round, mut near_rounds) = (0, 0, 0);
         loop {
             round += 1;
             let (texts, mut verifications, certificates) = self.refined(&mut added_poses, clock)?;
@@ -88,6 +88,16 @@ impl<'a, H: Heads<'a, N>, const N: usize> HeadsProgram<'_, 'a, H, N> {
             clock.lap("cut the stock");
             if self.take_back(&texts, verifications.as_ref(), &open, round == LINK_ROUNDS) {
                 continue;
+            }
+            // Postures keep the clearances, but between them the tool may come nearer.
+            near_rounds += 1;
+            if near_rounds < ROUNDS {
+                let lines = verifications.as_ref().map_or_else(BTreeSet::new, |runs| lines_too_near(runs));
+                let put_in = self.heads.refine(&mut self.moves, &texts, &lines);
+                added_poses += put_in;
+                if put_in > 0 {
+                    continue;
+                }
             }
             // Faults that the cut stock has removed hid the times.
             self.check_feeds(&texts, verifications.as_ref())?;

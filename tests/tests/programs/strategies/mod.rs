@@ -9,6 +9,7 @@ pub(crate) mod leaning_borders;
 pub(crate) mod left_above;
 mod levels;
 pub(crate) mod paths;
+mod posts;
 mod roughing;
 pub(crate) mod several_tools;
 pub(crate) mod solution_space;
