@@ -10,7 +10,7 @@ use facemill_cl_data::{CcPoint, Silent};
 use facemill_job::failure::Failure;
 use facemill_job::format::job_file::OperationFile;
 use facemill_job::format::report::remaining::{
-    LevelAreas, RemainingOnRegion, RemainingOnSlope, RemainingPlace, RemainingReport,
+    LevelAreas, RemainingOnDrive, RemainingOnRegion, RemainingOnSlope, RemainingPlace, RemainingReport,
 };
 use facemill_job::load::job::{Job, Setup, SetupLevel};
 use facemill_job::setup::left_stock::swept_before;
@@ -121,8 +121,8 @@ pub fn remaining(
         operations.push(on_region);
         by_line.add(&measured);
     }
-    let outside_fraction = outside(setup, &requested, &regions)?;
-    let report = RemainingReport { accuracy_mm: ACCURACY, outside_fraction, operations };
+    let drive = remaining_on_drive(setup, (&requested, &regions), &sweeps)?;
+    let report = RemainingReport { accuracy_mm: ACCURACY, drive, operations };
     Ok(Some(Remaining { report, by_line }))
 }
 
@@ -215,19 +215,7 @@ fn measured(
     let mut all: Vec<Sampled> =
         (0..requested.places.len()).flat_map(|k| samples.iter().map(move |s| (k, *s))).map(on).collect();
     let monitor = stages.start(MATERIAL, all.len());
-    // The stock of the program is what those before it leave.
-    let before = |of: &mut [Sampled]| -> Result<(), Failure> {
-        if before.is_empty() {
-            return Ok(());
-        }
-        let on: Vec<SurfacePlace> = of.iter().map(|s| s.on).collect();
-        let left = left_heights(before, &on, &Silent).map_err(|_| Failure::Interrupted)?;
-        of.iter_mut().zip(left).for_each(|(s, left)| {
-            (s.on.stock, s.was_cut) = (left.height, left.cut_by.is_some());
-        });
-        Ok(())
-    };
-    before(&mut all)?;
+    cut_before(before, &mut all)?;
     let heights = |of: &[Sampled]| {
         let on: Vec<SurfacePlace> = of.iter().map(|s| s.on).collect();
         left_heights(sweeps, &on, &*monitor).map_err(|_| Failure::Interrupted)
@@ -239,10 +227,23 @@ fn measured(
         region.around(&sample, spacing / FINER).into_iter().map(move |s| (place, s)).map(on)
     };
     let mut finer: Vec<Sampled> = measured.highest(LARGEST_PLACES).iter().flat_map(near).collect();
-    before(&mut finer)?;
+    cut_before(before, &mut finer)?;
     measured.add(&finer, &heights(&finer)?);
     all.extend(finer);
     Ok((measured, all))
+}
+
+/// Lowers the stock on samples to what the programs before leave of it.
+fn cut_before(before: &[SweptCutter], of: &mut [Sampled]) -> Result<(), Failure> {
+    if before.is_empty() {
+        return Ok(());
+    }
+    let on: Vec<SurfacePlace> = of.iter().map(|s| s.on).collect();
+    let left = left_heights(before, &on, &Silent).map_err(|_| Failure::Interrupted)?;
+    of.iter_mut().zip(left).for_each(|(s, left)| {
+        (s.on.stock, s.was_cut) = (left.height, left.cut_by.is_some());
+    });
+    Ok(())
 }
 
 /// Sample in a place of the pattern.
@@ -369,13 +370,13 @@ fn count_level(left: &mut RemainingOnRegion, areas: LevelAreas) {
     left.level = Some(areas);
 }
 
-/// Returns the fraction of the drive surface that no operation is to cut, in any place of its
-/// pattern.
-fn outside(
+/// Returns what is left on all of the drive surface, in the first place of the pattern, also where
+/// no operation is to cut.
+fn remaining_on_drive(
     setup: &Setup<'_>,
-    requested: &[OperationRegion<'_>],
-    regions: &[RequestedRegion<'_>],
-) -> Result<f64, Failure> {
+    (requested, regions): (&[OperationRegion<'_>], &[RequestedRegion<'_>]),
+    Sweeps { sweeps, before, reach }: &Sweeps,
+) -> Result<RemainingOnDrive, Failure> {
     let whole = Region { groups: Some(setup.drive_groups.clone()), ..Region::default() };
     let surface = &setup.around_drive;
     let drive = RequestedRegion::new(surface, &whole, None).map_err(|e| Failure::Internal(e.to_string()))?;
@@ -392,11 +393,31 @@ fn outside(
             })
         })
     };
-    let samples = drive.samples(drive.facet_area() / DRIVE_SAMPLES);
-    let area = |all: &[RegionSample]| all.iter().fold(0.0, |sum, s| sum + s.area);
-    let outside: Vec<RegionSample> =
-        samples.iter().filter(|s| !is_requested(s.triangle, &s.position)).copied().collect();
-    Ok(area(&outside) / area(&samples).max(f64::MIN_POSITIVE))
+    let place = Isometry3::identity();
+    let on = |sample: RegionSample| Sampled {
+        place: 0,
+        sample,
+        on: surface_place(setup, &place, &sample, *reach),
+        was_cut: false,
+    };
+    let mut all: Vec<Sampled> =
+        drive.samples(drive.facet_area() / DRIVE_SAMPLES).into_iter().filter(|s| s.area > 0.0).map(on).collect();
+    cut_before(before, &mut all)?;
+    let places: Vec<SurfacePlace> = all.iter().map(|s| s.on).collect();
+    let left = left_heights(sweeps, &places, &Silent).map_err(|_| Failure::Interrupted)?;
+    let limit_mm = requested.iter().map(|r| r.limit).fold(f64::INFINITY, f64::min);
+    let area_where = |is: &dyn Fn(&Sampled, &LeftHeight) -> bool| {
+        all.iter().zip(&left).filter(|(s, l)| is(s, l)).fold(0.0, |sum, (s, _)| sum + s.sample.area)
+    };
+    let area = area_where(&|_, _| true);
+    let fraction = |is: &dyn Fn(&Sampled, &LeftHeight) -> bool| area_where(is) / area.max(f64::MIN_POSITIVE);
+    Ok(RemainingOnDrive {
+        area_mm2: drive.facet_area(),
+        outside_fraction: fraction(&|s, _| !is_requested(s.sample.triangle, &s.sample.position)),
+        limit_mm,
+        above_fraction: fraction(&|_, l| l.height > limit_mm),
+        never_cut_fraction: fraction(&|s, l| l.cut_by.is_none() && !s.was_cut && s.on.stock > ACCURACY),
+    })
 }
 
 /// Returns the heights that fractions of the weight (area or length) do not exceed; 0 if there is

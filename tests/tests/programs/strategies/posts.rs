@@ -11,7 +11,7 @@ use nalgebra::Point3;
 use serde_json::json;
 
 /// Places of the posts along the passes, mm: between poses, which are `APART` mm apart.
-const POSTS: [f64; 4] = [-9.0, -3.0, 3.0, 9.0];
+const POSTS: [f64; 7] = [-15.0, -9.0, -3.0, 3.0, 9.0, 15.0, 21.0];
 
 /// Largest distance of poses, mm.
 const APART: f64 = 6.0;

@@ -324,3 +324,34 @@ fn a_verification_on_a_job_finds_what_is_not_finished() {
     let text = program(&plan);
     assert_eq!([excess(&text), excess(&without_a_pass(&text))], [0, 1]);
 }
+
+#[test]
+fn all_of_the_drive_surface_is_measured_with_the_cuts_of_programs_before() {
+    // Of a plane of 34 mm across, a band of 4 mm is to be cut; the stock is higher than the limit.
+    let planes = "/operations/0/path/strategy/strategy/parallel_planes";
+    let job = tiny_patch();
+    job.write("patch.obj", b"o patch\nv -12 -17 0\nv 12 -17 0\nv 12 17 0\nv -12 17 0\nf 1 2 3\nf 1 3 4\n");
+    let band = [(&*format!("{planes}/from_mm"), json!(-2.0)), (&*format!("{planes}/to_mm"), json!(2.0))];
+    job.set("job.json", &[(&format!("{planes}/from_mm"), json!(null)), (&format!("{planes}/to_mm"), json!(null))]);
+    let drive = |plan: &Planned| plan.report.remaining.as_ref().expect("a verified plan").drive;
+
+    let all = planned(&job);
+    let of = drive(&all);
+    assert!((of.area_mm2 - 24.0 * 34.0).abs() < 1e-6 && of.limit_mm == left(&all).limit_mm, "{of:?}");
+    assert!(of.outside_fraction < 1e-9 && (of.above_fraction - left(&all).above_fraction).abs() < 0.01, "{of:?}");
+
+    job.write("all.nc", program(&all).as_bytes());
+    job.set("job.json", &band);
+    let of = drive(&planned(&job));
+    let outside = 1.0 - 4.0 / 34.0;
+    assert!((of.outside_fraction - outside).abs() < 0.01, "{of:?}");
+    // The cutter of 8 mm cuts on both sides of the band as well.
+    let beyond = outside - 2.0 * 8.0 / 34.0;
+    assert!(beyond < of.above_fraction && of.above_fraction < outside, "{of:?}");
+    assert!(0.0 < of.never_cut_fraction && of.never_cut_fraction < of.above_fraction, "{of:?}");
+
+    job.set("job.json", &[("/setups/0/programs_before", json!([{ "file": "all.nc", "tool": "tool.json" }]))]);
+    let after = drive(&planned(&job));
+    assert!((after.outside_fraction - of.outside_fraction).abs() < 1e-9, "{after:?}");
+    assert!(after.above_fraction < 0.01 && after.never_cut_fraction < 0.01, "{after:?}");
+}

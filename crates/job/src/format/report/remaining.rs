@@ -17,11 +17,27 @@ use crate::format::job_file::FinishFile;
 pub struct RemainingReport {
     /// Largest error of a height, mm.
     pub accuracy_mm: f64,
-    /// Fraction of the drive surface outside every operation's region, which no operation is to
-    /// cut.
-    pub outside_fraction: f64,
+    /// Figures of all of the drive surface.
+    pub drive: RemainingOnDrive,
     /// Figures for each operation of the setup.
     pub operations: Vec<RemainingOnRegion>,
+}
+
+/// Material left on all of the drive surface, by this program and all before it whose cuts are
+/// known, also where no operation is to cut. Shares are by area, from about 10,000 places in the
+/// first place of a pattern.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
+pub struct RemainingOnDrive {
+    /// Area of the drive surface.
+    pub area_mm2: f64,
+    /// Fraction of it outside every region of the program's operations.
+    pub outside_fraction: f64,
+    /// Smallest limit of the program's operations, mm.
+    pub limit_mm: f64,
+    /// Fraction of it above that limit.
+    pub above_fraction: f64,
+    /// Fraction of it that no cut reaches: the stock is unchanged there.
+    pub never_cut_fraction: f64,
 }
 
 /// Material left on the region of one operation, in all places of its pattern. Shares and quantiles
@@ -251,10 +267,17 @@ impl RemainingReport {
     pub fn summary_lines(&self) -> Vec<String> {
         let several = self.operations.len() > 1;
         let mut lines: Vec<String> = self.operations.iter().flat_map(|o| o.summary(several)).collect();
-        if self.outside_fraction >= REPORTED_OUTSIDE {
+        let drive = &self.drive;
+        if drive.outside_fraction >= REPORTED_OUTSIDE {
             lines.push(format!(
                 "  outside regions   {:.1} % of the drive surface lies outside of every operation's region",
-                100.0 * self.outside_fraction
+                100.0 * drive.outside_fraction
+            ));
+            lines.push(format!(
+                "    of all of it      {:.1} % above {:.3} mm after this program, {:.1} % never cut",
+                100.0 * drive.above_fraction,
+                drive.limit_mm,
+                100.0 * drive.never_cut_fraction
             ));
         }
         lines
