@@ -11,8 +11,15 @@ const DIAMETERS: [f64; 2] = [900.0, 1100.0];
 /// Radii between which the bull nose mill cuts the sides, over that of the tip.
 const ROOT: [f64; 2] = [0.242, 0.548];
 
+/// Radius up to which the face mill finishes the sides, over that of the tip.
+const FACE_TO: f64 = 0.998;
+
 /// Radii between which the ball nose mill cuts the edges, over that of the tip.
-const EDGES: [f64; 2] = [0.26, 0.994];
+const EDGES: [f64; 2] = [0.228, FACE_TO];
+
+/// Radii between which the ball nose mill cuts the strip of a side beside the fillet, over that of
+/// the tip.
+const STRIP: [f64; 2] = [0.21, 0.246];
 
 /// Angle of the middle between two blades on the hub, at half of its height, from the blade that
 /// bounds it in front, deg.
@@ -26,9 +33,33 @@ const SLOPE: f64 = 0.346;
 /// the tip.
 const HUB: [f64; 2] = [-0.016, 0.088];
 
-/// Direction of the ball nose mill's axis in the fillet of a blade along +x: between blade and
-/// hub, and away from the neighbour.
-const FILLET_AXIS: [f64; 3] = [0.7, -0.5, 0.5];
+/// Level on the hub from which on the ball nose mill cuts the space between the passes of the bull
+/// nose mill and the fillet, over the radius of the tip.
+const BESIDE: f64 = 0.076;
+
+/// Normal of the plane along the middle of a blade's root, and its level behind the leading edge,
+/// over the radius of the tip: up to there fillet and hub belong to the side.
+const ROOT_PLANE: ([f64; 3], f64) = ([0.0, 0.9015, -0.4327], 0.01);
+
+/// Parts of a fillet with the hub beside it. In each, the ball nose mill points between blade and
+/// hub and away from the neighbour.
+const PARTS: [FilletPart; 2] = [
+    FilletPart { name: "fillet low", z: [-0.308, 0.03], at: [0.114, -0.16, -0.14], angle: -66.0, rise: 0.2 },
+    FilletPart { name: "fillet up", z: [0.02, 0.332], at: [0.19, 0.0, 0.16], angle: -8.0, rise: 0.5 },
+];
+
+/// Part of a fillet; lengths over the radius of the tip.
+struct FilletPart {
+    name: &'static str,
+    /// Heights between which it lies.
+    z: [f64; 2],
+    /// Place in the middle of it.
+    at: [f64; 3],
+    /// Direction of the tool's axis about that of the propeller, deg, and its rise along it per
+    /// distance across.
+    angle: f64,
+    rise: f64,
+}
 
 /// Height of the work above the table, over the diameter: with the tool level, the head passes
 /// above the table.
@@ -98,17 +129,22 @@ impl Side<'_> {
     /// Returns all operations, in the order in which they are cut.
     fn operations(&self) -> Vec<Value> {
         let [mut layers, mut finish] = self.sample.face_milling(self.side);
+        finish["path"]["strategy"]["strategy"]["cylindrical_sections"]["to_radius_mm"] =
+            json!(round_to(FACE_TO * self.sample.tip(), 1));
         for operation in [&mut layers, &mut finish] {
             operation["tool"] = json!(FACE);
             operation["path"]["strategy"]["region"]["groups"] = json!([format!("blade-1/{}", self.side)]);
         }
         let (root, hub) = (self.root(&finish), self.hub(&finish));
-        let fine = [self.fillet(&finish), self.edge(&finish, "leading edge"), self.edge(&finish, "trailing edge")];
+        let fillets = PARTS.map(|part| self.fillet(&finish, &part));
+        let fine = [self.strip(&finish), self.edge(&finish, "leading edge"), self.edge(&finish, "trailing edge")];
         let mut all = vec![layers, finish];
         for (operation, name, beyond) in [(root, "root", 2.0 * self.sample.from()), (hub, "hub", 0.0)] {
             all.push(self.rough(&operation, name, beyond));
             all.push(operation);
         }
+        all.extend(fillets.iter().zip(&PARTS).map(|(fillet, part)| self.fillet_rough(fillet, part)));
+        all.extend(fillets);
         all.extend(fine);
         all
     }
@@ -152,10 +188,8 @@ impl Side<'_> {
     /// side.
     fn hub(&self, finish: &Value) -> Value {
         let (sin, cos) = MIDDLE.to_radians().sin_cos();
-        let across = 1.0 / SLOPE.hypot(1.0);
-        let normal = [-sin * across, cos * across, -SLOPE * across].map(|c| round_to(c, 4));
         let [from, to] = HUB.map(|level| round_to(level * self.sample.tip(), 1));
-        let strategy = json!({ "parallel_planes": { "normal": normal, "from_mm": from, "to_mm": to } });
+        let strategy = json!({ "parallel_planes": { "normal": across_hub(), "from_mm": from, "to_mm": to } });
         let mut hub = self.operation(finish, "hub finish", &strategy, &["hub/cylinder".to_owned()]);
         hub["tool"] = json!(BULL);
         hub["path"]["strategy"]["edge_fill"] = json!(false);
@@ -167,19 +201,59 @@ impl Side<'_> {
         with_ends(hub, 200.0, 8.0, 20.0)
     }
 
-    /// Returns the finish of the fillet without the rounding at its ends.
-    fn fillet(&self, finish: &Value) -> Value {
+    /// Returns the finish of a part of the fillet, with the hub beside it up to the passes of the
+    /// bull nose mill.
+    fn fillet(&self, finish: &Value, part: &FilletPart) -> Value {
         let tip = self.sample.tip();
-        let strategy = json!({ "constant_scallop": { "seed": { "group_border": "hub/cylinder" } } });
-        let mut fillet = self.operation(finish, "fillet", &strategy, &[format!("blade-1/{}-fillet", self.side)]);
-        let wide = round_to(0.4 * tip, 0);
-        fillet["path"]["strategy"]["region"]["box"] = json!({
-            "min_mm": [-wide, -wide, round_to(-0.25 * tip, 0)], "max_mm": [wide, wide, round_to(0.26 * tip, 0)],
+        let strategy = json!({
+            "constant_scallop": {
+                "seed": { "group_border": "hub/cylinder" },
+                "within": { "parallel_planes": {
+                    "normal": across_hub(), "from_mm": round_to(BESIDE * tip, 1), "to_mm": round_to(0.4 * tip, 1),
+                } },
+            },
         });
-        let mut point = FILLET_AXIS.map(|c| 3.0 * tip * c);
-        point[0] += 0.2 * tip;
-        fillet["search"]["mode"] = json!({ "toward": { "point": { "position_mm": point.map(|c| round_to(c, 1)) } } });
-        with_ends(fillet, 25.0, 45.0, 0.0)
+        let groups = [format!("blade-1/{}-fillet", self.side), "hub/cylinder".to_owned()];
+        let mut fillet = self.operation(finish, part.name, &strategy, &groups);
+        let (wide, [low, high]) = (round_to(0.26 * tip, 1), part.z.map(|z| round_to(z * tip, 1)));
+        let region = &mut fillet["path"]["strategy"]["region"];
+        region["box"] = json!({ "min_mm": [-wide, -wide, low], "max_mm": [wide, wide, high] });
+        let (normal, behind) = ROOT_PLANE;
+        region["between"] = json!({ "parallel_planes": {
+            "normal": normal, "from_mm": round_to(-0.4 * tip, 1), "to_mm": round_to(behind * tip, 1),
+        } });
+        let (sin, cos) = part.angle.to_radians().sin_cos();
+        let away = [cos, sin, part.rise].map(|c| 3.0 * tip * c);
+        let point: Vec<f64> = part.at.iter().zip(away).map(|(at, away)| round_to(at * tip + away, 1)).collect();
+        fillet["search"]["mode"] = json!({ "toward": { "point": { "position_mm": point } } });
+        with_ends(fillet, 60.0, 36.0, 0.0)
+    }
+
+    /// Returns the layer before the finish of a part of the fillet: one, because the mills before
+    /// leave little there. Arcs begin above the casting.
+    fn fillet_rough(&self, fillet: &Value, part: &FilletPart) -> Value {
+        let mut rough = self.rough(fillet, part.name, 0.0);
+        if let Some(region) = rough["path"]["strategy"]["region"].as_object_mut() {
+            region.remove("extend_mm");
+        }
+        rough["layers"]["depth_mm"] = json!(self.sample.from());
+        rough
+    }
+
+    /// Returns the finish of the strip of the side between the fillet and the passes of the bull
+    /// nose mill.
+    fn strip(&self, finish: &Value) -> Value {
+        let [from, to] = STRIP.map(|radius| round_to(radius * self.sample.tip(), 1));
+        let strategy = json!({
+            "constant_scallop": {
+                "seed": { "group_border": format!("blade-1/{}-fillet", self.side) },
+                "within": { "cylindrical_sections": {
+                    "axis_direction": [0.0, 0.0, 1.0], "from_radius_mm": from, "to_radius_mm": to,
+                } },
+            },
+        });
+        let strip = self.operation(finish, "strip beside the fillet", &strategy, &[format!("blade-1/{}", self.side)]);
+        with_ends(strip, 60.0, 36.0, 0.0)
     }
 
     /// Returns the finish of this side's half of an edge.
@@ -213,6 +287,13 @@ impl Side<'_> {
     }
 }
 
+/// Returns the direction across the space between two blades on the hub.
+fn across_hub() -> [f64; 3] {
+    let (sin, cos) = MIDDLE.to_radians().sin_cos();
+    let across = 1.0 / SLOPE.hypot(1.0);
+    [-sin * across, cos * across, -SLOPE * across].map(|c| round_to(c, 4))
+}
+
 /// Returns an operation with a tangential arc and a straight line at both ends of passes.
 fn with_ends(mut operation: Value, radius: f64, angle_deg: f64, straight: f64) -> Value {
     for end in ["entry", "exit"] {
@@ -234,7 +315,7 @@ fn bull_nose() -> Value {
 /// Returns a ball nose mill that reaches the fillets, and cuts to its centre.
 fn ball_nose() -> Value {
     let mut tool = long_mill("ball nose D20", 3, (10.0, 10.0), (30.0, 170.0), [18.0, 29.0]);
-    tool["max_ramp_angle_deg"] = json!(30.0);
+    tool["max_ramp_angle_deg"] = json!(40.0);
     tool
 }
 

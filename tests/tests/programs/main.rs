@@ -23,3 +23,4 @@ mod three_rotaries;
 mod tool_commands;
 mod tool_vectors;
 mod verification;
+mod whole_propeller;

@@ -147,37 +147,3 @@ fn a_3mf_that_is_none_is_named_with_its_object() {
     let (code, errors) = code_and_errors(&run(&["check".into(), job.job()]));
     assert!(code == 2 && errors.contains("patch.3mf") && errors.contains("3D/3dmodel.model"), "{code}: {errors}");
 }
-
-/// Operations of the whole propeller: their regions and tools cover every part of both sides.
-#[test]
-fn a_whole_propeller_is_a_job_of_two_setups_and_three_tools() {
-    let folder = tempfile::tempdir().unwrap();
-    let dir = folder.path().join("whole");
-    let path = dir.to_str().unwrap();
-    let (code, errors) = code_and_errors(&run(&["new", "propeller-whole", path, "--blades", "1"]));
-    assert_eq!(code, 0, "{errors}");
-    let job: serde_json::Value = serde_json::from_slice(&std::fs::read(dir.join("job.json")).unwrap()).unwrap();
-    let operations = job["operations"].as_array().unwrap();
-    let has = |name: &str| operations.iter().any(|operation| operation["name"] == name);
-    for part in ["finish", "root finish", "hub finish", "fillet", "leading edge", "trailing edge"] {
-        for side in ["suction", "pressure"] {
-            assert!(has(&format!("{side} {part}")), "{side} {part}");
-        }
-    }
-    for operation in operations {
-        let tool = operation["tool"].as_str().unwrap();
-        assert!(dir.join(job["tools"][tool].as_str().unwrap()).exists(), "{tool}");
-        assert_eq!(operation["pattern"]["copies"], 1);
-        let groups = operation["path"]["strategy"]["region"]["groups"].as_array().unwrap();
-        let side = operation["name"].as_str().unwrap().split(' ').next().unwrap();
-        let is_own = |group: &serde_json::Value| group == "hub/cylinder" || group.as_str().unwrap().contains(side);
-        assert!(groups.iter().all(is_own), "{groups:?} of {side}");
-    }
-    for (name, wrong) in [("diameter", ["--diameter-mm", "3000"]), ("blades", ["--blades", "4"])] {
-        let other = folder.path().join(name);
-        let mut arguments = vec!["new", "propeller-whole", other.to_str().unwrap()];
-        arguments.extend(wrong);
-        let (code, errors) = code_and_errors(&run(&arguments));
-        assert!(code == 2 && errors.contains(name) && !other.exists(), "{code}: {errors}");
-    }
-}
