@@ -280,18 +280,18 @@ fn signs_of(file: &MachineFile, with_linear: bool) -> Vec<SwappedSign> {
         .collect();
     for (chain, on_table) in [(table, true), (head, false)] {
         for line in &chain.axes {
-            for k in 0..3 {
+            for (k, coordinate) in LETTERS.into_iter().enumerate() {
                 let moved = mirrored(line, chain.end.position_mm[k], k);
                 if moved.is_some_and(|moved| from_line(line, moved) > SAME_PLACE) {
                     let axis = line.joint.axis().to_owned();
-                    signs.push(SwappedSign::Place { axis, on_table, coordinate: LETTERS[k] });
+                    signs.push(SwappedSign::Place { axis, on_table, coordinate });
                 }
             }
         }
     }
-    for k in 0..3 {
+    for (k, coordinate) in LETTERS.into_iter().enumerate() {
         if (table.end.position_mm[k] - head.end.position_mm[k]).abs() > SAME_PLACE {
-            signs.push(SwappedSign::TableAt { coordinate: LETTERS[k] });
+            signs.push(SwappedSign::TableAt { coordinate });
         }
     }
     signs
