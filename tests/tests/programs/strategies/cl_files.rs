@@ -109,8 +109,8 @@ fn a_plate_is_faced_by_a_file_for_three_axes() {
     // 10.
     assert!((report.length_mm - 512.0).abs() < 1e-6, "{report:?}");
     assert!((300.0..=370.0).contains(&report.in_passes_mm), "{report:?}");
-    let planned = report.planned_mm;
-    assert!(planned <= report.in_passes_mm + 1e-6 && planned > report.in_passes_mm - 10.0, "{report:?}");
+    let way = report.planned_mm;
+    assert!(way <= report.in_passes_mm + 1e-6 && way > report.in_passes_mm - 10.0, "{report:?}");
     assert_eq!((report.points_without_direction, report.contact_jumps, report.axis_jumps), (0, 0, 0));
     assert_eq!((report.largest_turn.deg, report.largest_turn.line), (0.0, None));
     // Poses over the plate are on both lines of the file.
