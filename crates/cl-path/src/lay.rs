@@ -12,6 +12,7 @@ use crate::cuts::{FilePoint, ToolCuts};
 use crate::cutter_distance::nearest_to_cutter;
 use crate::fault::ClPathFault;
 use crate::samples::{between, directions, steps};
+use crate::turns::AxisTurns;
 
 /// Settings for passes on a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -83,6 +84,8 @@ pub struct ClPasses {
     pub jumps: usize,
     /// Line of the first of them.
     pub first_jump: Option<u32>,
+    /// Turns of the file's axis in passes.
+    pub turns: AxisTurns,
     /// Largest distance above the surface of points in passes.
     pub above: StandOff,
     /// Largest depth below the surface of points in passes.
@@ -437,6 +440,7 @@ impl ClPasses {
             self.below.widen(-contact.stand_off, point.line);
         }
         self.length_in_passes += points.windows(2).map(|w| (w[1].cl.tip - w[0].cl.tip).norm()).sum::<f64>();
+        self.turns.add_pass(&points.iter().map(|p| (p.cl, p.line)).collect::<Vec<_>>());
         self.passes.push(ClPass { points });
     }
 }

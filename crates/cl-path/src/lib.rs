@@ -25,6 +25,7 @@
 //! | `cutter_distance` | signed distance of points from a cutter; the least one of a surface |
 //! | `contact` | contact of a cutter at a pose with a surface |
 //! | `samples` | poses along a cut |
+//! | `turns` | turns of the tool axis along passes |
 //! | `lay` | cuts to passes |
 //!
 //! It must not know jobs, machines and controls.
@@ -35,9 +36,11 @@ mod cutter_distance;
 mod fault;
 mod lay;
 mod samples;
+mod turns;
 
 pub use crate::contact::{Contact, ContactKind, contact};
 pub use crate::cuts::{CutSettings, FilePoint, ToolCuts, read_cuts};
 pub use crate::cutter_distance::{NearestPlace, cutter_distance, nearest_to_cutter};
 pub use crate::fault::ClPathFault;
 pub use crate::lay::{ClPass, ClPasses, FileContact, LaySettings, StandOff, lay_cuts};
+pub use crate::turns::{AxisTurns, JUMP_DEG};

@@ -43,7 +43,8 @@ pub(crate) enum PositionKind {
     Cut(f64),
 }
 
-/// Returns the positions of all moves of a tool in order, with remarks, at most [`MAX_POSITIONS`].
+/// Returns the positions of all moves of a tool in order, with remarks, at most
+/// [`PostOptions::max_positions`].
 ///
 /// # Errors
 /// With the line: a pose that the machine does not reach, or whose way needs a retract that is not
@@ -74,7 +75,15 @@ pub(crate) fn positions(
     monitor.checkpoint()?;
     let choice = choose_along(scene.machine, &poses, &kinds, Some(&start), tool_length, &settings);
     let choice = choice.map_err(|error| path_fault(&error, moves))?;
-    let mut follower = MoveFollower { ways, moves, poses: &poses, choice: &choice, remarks, out: Vec::new() };
+    let mut follower = MoveFollower {
+        max_positions: options.max_positions,
+        ways,
+        moves,
+        poses: &poses,
+        choice: &choice,
+        remarks,
+        out: Vec::new(),
+    };
     follower.follow(monitor)?;
     Ok(follower.out)
 }
@@ -103,10 +112,8 @@ fn path_fault(error: &PathError, moves: &[PathMove]) -> PostFault {
     }
 }
 
-/// Most positions of a tool: some gigabytes of memory.
-const MAX_POSITIONS: usize = 20_000_000;
-
 struct MoveFollower<'a> {
+    max_positions: usize,
     ways: MotionRules<'a>,
     moves: &'a [PathMove],
     poses: &'a [ClPoint],
@@ -135,10 +142,11 @@ impl MoveFollower<'_> {
             if let Some(&(axis, value)) = turns.get(&k) {
                 self.turn_in_place(k, axis, value)?;
             }
-            if self.out.len() > MAX_POSITIONS {
+            if self.out.len() > self.max_positions {
                 let why = format!(
-                    "more than {MAX_POSITIONS} positions keep the tolerance up to here: permit a larger one, \
-                                   or split the file"
+                    "more than {} positions keep the tolerance up to here: permit a larger one, \
+                                   or split the file",
+                    self.max_positions
                 );
                 return Err(PostFault::at(self.moves[k].line, why));
             }

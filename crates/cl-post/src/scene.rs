@@ -53,6 +53,9 @@ pub struct PostOptions {
     /// Whether feeds are lowered to those that the axes reach within acceleration and jerk; if not,
     /// their largest velocities alone lower them.
     pub law_feeds: bool,
+    /// Largest number of positions of a tool, those inserted with them. Larger: more memory, some
+    /// hundred bytes each.
+    pub max_positions: usize,
 }
 
 /// Share of a tolerance for the motion of the control: the rest is for the rounding of words.
@@ -71,8 +74,8 @@ pub const TOLERANCES: std::ops::RangeInclusive<f64> = 1e-4..=1.0;
 pub const MAX_RETRACT: f64 = 1000.0;
 
 impl PostOptions {
-    /// Returns 0.01 mm in cuts, 0.5 mm in rapids, no retract, the branch nearest to home, and
-    /// feeds within acceleration and jerk.
+    /// Returns 0.01 mm in cuts, 0.5 mm in rapids, no retract, the branch nearest to home, feeds
+    /// within acceleration and jerk, and 20 million positions.
     pub fn new(name: impl Into<String>) -> Self {
         Self {
             name: name.into(),
@@ -81,6 +84,7 @@ impl PostOptions {
             retract: None,
             branch: BranchPreference::Nearest,
             law_feeds: true,
+            max_positions: 20_000_000,
         }
     }
 

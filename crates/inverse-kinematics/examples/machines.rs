@@ -23,6 +23,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("presets/machines");
     let all = [
         ("head-b-table-c", head_b_table_c()?),
+        ("head-a-table-c", head_a_table_c()),
         ("table-table-a-c", trunnion('A')),
         ("table-table-b-c", trunnion('B')),
         ("head-head-c-a", fork('A')),
@@ -236,6 +237,22 @@ fn fork(tilt: char) -> MachineFile {
     let mut made = file(name, &source, (Vec::new(), 0.0), (head, 800.0));
     made.bed_bodies = vec![body("table", ShapeFile::Box { size_mm: [4200.0, 1600.0, 300.0] }, [0.0, 0.0, -150.0], 0.0)];
     assuming(made, &[], &XYZ)
+}
+
+/// A tilts the spindle about x, 200 mm above the nose, in a fork on Z; C turns the table.
+fn head_a_table_c() -> MachineFile {
+    let ram = vec![
+        block("ram", [380.0, 420.0, 900.0], [0.0, 0.0, 1650.0]),
+        block("fork arm, positive side", [60.0, 200.0, 400.0], [150.0, 0.0, 1000.0]),
+        block("fork arm, negative side", [60.0, 200.0, 400.0], [-150.0, 0.0, 1000.0]),
+    ];
+    let mut head = head_xyz(500.0, 400.0, 600.0, MEDIUM, ram);
+    let mut a = rotary('A', false, [[1.0, 0.0, 0.0], [0.0, 0.0, 900.0]], Some([-110.0, 110.0]), ROTARY);
+    a.bodies = vec![nose(50.0, 700.0), round("spindle", 105.0, 330.0, [0.0, 0.0, 800.0])];
+    head.push(a);
+    let mut table = rotary('C', true, [[0.0, 0.0, 1.0], [0.0; 3]], None, ROTARY);
+    table.bodies = vec![disc(400.0, 150.0, 0.0)];
+    assuming(file("fork head A, turning table C", "typical", (vec![table], 0.0), (head, 700.0)), &UNKNOWN, &[])
 }
 
 /// Turned about x so that its axis leans by 45° from z toward +y.

@@ -44,7 +44,7 @@
 //! | `solver` | closed solutions for two and three rotary axes |
 //! | `machine` | machines: forward solution, limits, bodies |
 //! | `import` | machine files from kinematics of other programs |
-//! | `measured` | machine files from measured pivots, limits and speeds |
+//! | `measured` | machine files from measured pivots and limits; measured poses |
 //! | `motion` | motion of a control between two positions, and its deviation from the planned one |
 //! | `inverse` | inverse solution: axis values of a tool pose |
 //! | `path` | solutions along a path: branch and winding of every pose |

@@ -1,4 +1,5 @@
-//! Machine files from the values that a person can measure on a machine of a common family.
+//! Machine files from the values that a person can measure on a machine of a common family, and
+//! machine files compared with measured poses.
 //!
 //! Chains and joints are those of the family's preset; measured values replace its numbers, and the
 //! rows are made anew from the lines of the axes.
@@ -6,10 +7,14 @@
 pub(crate) mod family;
 pub(crate) mod joint_values;
 pub(crate) mod places;
+pub(crate) mod touches;
 
 pub use crate::measured::family::{MeasuredFamily, MeasuredLean};
 pub use crate::measured::joint_values::{AxisLimits, AxisMeasurement, MeasuredSense};
 pub use crate::measured::places::PlaceMeasurements;
+pub use crate::measured::touches::{
+    Readings, SignFault, SwappedSign, TouchCheck, TouchError, Touches, check_touches, pivot_point,
+};
 
 use nalgebra::Vector3;
 

@@ -135,6 +135,28 @@ pub fn expand(
     Ok(Some(ExpandedProgram { text: out, lines, files: sources.into_iter().map(of).collect(), n_calls }))
 }
 
+/// Returns a text whose lines with a number in front count on from the first of them: for an
+/// expanded program of a control that numbers every line (Heidenhain), where lines of subprograms
+/// have numbers of their own.
+#[must_use]
+pub fn renumbered(text: &[u8]) -> Vec<u8> {
+    let mut out = Vec::with_capacity(text.len());
+    let mut next: Option<u64> = None;
+    for line in text.split_inclusive(|byte| *byte == b'\n') {
+        let digits = line.iter().take_while(|byte| byte.is_ascii_digit()).count();
+        let number = std::str::from_utf8(&line[..digits]).ok().and_then(|digits| digits.parse::<u64>().ok());
+        let Some(number) = number else {
+            out.extend_from_slice(line);
+            continue;
+        };
+        let own = next.unwrap_or(number);
+        out.extend_from_slice(own.to_string().as_bytes());
+        out.extend_from_slice(&line[digits..]);
+        next = Some(own.saturating_add(1));
+    }
+    out
+}
+
 /// Lines of a source.
 type Lines = (usize, Range<usize>);
 

@@ -43,7 +43,8 @@ mod sections;
 mod sources;
 mod split;
 
-pub use expand::{ExpandError, ExpandedFile, ExpandedProgram, expand};
+pub use expand::{ExpandError, ExpandedFile, ExpandedProgram, expand, renumbered};
 pub use line_map::LineMap;
 pub use sections::{Section, operation_sections, pass_sections};
+pub use sources::may_call;
 pub use split::{SplitError, SplitProgram, SplitSettings, split};

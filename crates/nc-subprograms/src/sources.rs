@@ -10,6 +10,13 @@ use crate::calls::{
 };
 use crate::line_code::{block_number, line_code};
 
+/// Returns whether a line can be a call that [`crate::expand`] expands: a program without such a
+/// line has none. The line may have its end.
+#[must_use]
+pub fn may_call(line: &[u8], dialect: Dialect) -> bool {
+    call(&line_code(line, dialect), dialect).is_some()
+}
+
 /// A file with its lines. Every line is taken apart once.
 pub(crate) struct Source {
     pub(crate) name: String,

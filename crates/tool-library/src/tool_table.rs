@@ -146,7 +146,8 @@ fn is_length_key(key: &str) -> bool {
 }
 
 /// Writes the tool table of LinuxCNC (`tool.tbl`), a row for each tool by number: T number, P
-/// pocket (the number), Z gauge length, D diameter, comment.
+/// pocket (the number), Z gauge length, D diameter, comment. The control reads lengths in the unit
+/// of its configuration, so the comment of each row begins with the unit of the row.
 ///
 /// `G43 H` takes the row of that number. A tool with a length register of its own therefore has a
 /// second row, of the register's number.
@@ -173,7 +174,7 @@ pub fn linuxcnc_table(tools: &[ToolAssembly], unit: TableUnit) -> Result<String,
     let mut text = String::new();
     for (number, (tool, comment)) in rows {
         let (length, diameter) = (unit.text(tool.gauge_length()), unit.text(2.0 * tool.cutter().radius()));
-        let comment = plain(&comment, MOST_COMMENT);
+        let comment = plain(&format!("{}, {comment}", unit.name()), MOST_COMMENT);
         // Writing to a string does not fail.
         let _ = writeln!(text, "T{number} P{number} Z{length} D{diameter} ;{comment}");
     }

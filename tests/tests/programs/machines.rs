@@ -17,11 +17,16 @@ const fn to(limit: f64) -> Option<(f64, f64)> {
     Some((-limit, limit))
 }
 
-const PRESETS: [Preset; 10] = [
+const PRESETS: [Preset; 11] = [
     (
         "head-b-table-c",
         "head B, table C",
         [("X", to(2600.0)), ("Y", to(2600.0)), ("Z", Some((-350.0, 3250.0))), ("B", to(110.0)), ("C", None)],
+    ),
+    (
+        "head-a-table-c",
+        "head A, table C",
+        [("X", to(500.0)), ("Y", to(400.0)), ("Z", Some((-600.0, 0.0))), ("A", to(110.0)), ("C", None)],
     ),
     (
         "table-table-a-c",
@@ -386,10 +391,11 @@ fn new_machine(family: &str, options: &str, out: &std::path::Path) -> std::proce
     run(&arguments)
 }
 
-const MEASURED_FAMILIES: [(&str, &str); 7] = [
+const MEASURED_FAMILIES: [(&str, &str); 8] = [
     ("table-table-bc", "table-table-b-c"),
     ("table-table-ac", "table-table-a-c"),
     ("head-table-bc", "head-b-table-c"),
+    ("head-table-ac", "head-a-table-c"),
     ("head-nutating-table-bc", "head-b-nutating-table-c"),
     ("table-table-nutating-bc", "table-table-b-c-nutating"),
     ("head-head-ca", "head-head-c-a"),
@@ -550,6 +556,106 @@ fn machine_new_keeps_measured_values_and_files_that_exist() {
     assert!(std::fs::read(&out).unwrap() == bytes);
     assert_eq!(code_and_errors(&new_machine("table-table-bc", &format!("--force {options}"), &out)).0, 0);
     assert!(std::fs::read(&out).unwrap() == bytes);
+}
+
+/// The drawing has the nose and the pivot at their measured places, is that of `machine draw`, and
+/// replaces no file unasked.
+#[test]
+fn machine_new_draws_what_was_measured() {
+    let folder = tempfile::tempdir().unwrap();
+    let [out, drawing, again] = ["mill.json", "mill.svg", "again.svg"].map(|name| folder.path().join(name));
+    let options = "--table-at -203.1,-204.7,-612.35 --table-tilt 0.012,0,62.48 --sense B=iso --reversed C";
+    let output = new_machine("table-table-bc", options, &out);
+    assert_eq!(code_and_errors(&output).0, 0);
+    assert!(String::from_utf8(output.stdout).unwrap().contains("mill.svg"));
+    let svg = std::fs::read_to_string(&drawing).unwrap();
+    for text in [
+        ">nose: X 203.1, Y 204.7, Z 612.35<",
+        ">table tilt B: X 0.012, Y 0, Z 62.48<",
+        ">C, table: turns about (0, 0, -1); endless *<",
+        ">B, table: turns about (0, 1, 0); -120 to 120° *<",
+    ] {
+        assert!(svg.contains(text), "{text} in {svg}");
+    }
+    let draw = |out: &std::path::Path, more: &[&str]| {
+        let mill = out.with_file_name("mill.json");
+        let words = ["machine", "draw", mill.to_str().unwrap(), "-o", out.to_str().unwrap()];
+        run(&[&words[..], more].concat())
+    };
+    assert_eq!(code_and_errors(&draw(&again, &[])).0, 0);
+    assert_eq!(std::fs::read_to_string(&again).unwrap(), svg);
+    let (code, errors) = code_and_errors(&draw(&again, &[]));
+    assert!(code == 2 && errors.contains("again.svg: exists; --force"), "{code}: {errors}");
+    assert_eq!(code_and_errors(&draw(&again, &["--force"])).0, 0);
+    // A drawing of before stays, and then nothing is written.
+    std::fs::remove_file(&out).unwrap();
+    let (code, errors) = code_and_errors(&new_machine("table-table-bc", options, &out));
+    assert!(code == 2 && errors.contains("mill.svg: exists; --force") && !out.exists(), "{code}: {errors}");
+    let other = format!("{options} --drawing {}", folder.path().join("other.svg").display());
+    assert_eq!(code_and_errors(&new_machine("table-table-bc", &other, &out)).0, 0);
+    assert_eq!(std::fs::read_to_string(folder.path().join("other.svg")).unwrap(), svg);
+    let same = format!("{options} --force --drawing {}", out.display());
+    let (code, errors) = code_and_errors(&new_machine("table-table-bc", &same, &out));
+    assert!(code == 2 && errors.contains("is named for two files"), "{code}: {errors}");
+}
+
+/// A trunnion B-C by hand: readings with which the tip touches a point of the table, from turns of
+/// the point about B and C in the plane of x and z and that of x and y.
+fn touch([x, y, z]: [f64; 3], tilt: f64, c: f64, at: [f64; 3], tilt_z: f64, length: f64) -> String {
+    let (sin, cos) = (-c.to_radians()).sin_cos();
+    let [x, y] = [cos * x - sin * y, sin * x + cos * y];
+    let (sin, cos) = (-tilt.to_radians()).sin_cos();
+    let z = z - tilt_z;
+    let [x, z] = [cos * x + sin * z, cos * z - sin * x + tilt_z];
+    format!("X={},Y={},Z={},B={tilt},C={c}", x + at[0], y + at[1], z + at[2] + length)
+}
+
+#[test]
+fn machine_check_finds_a_swapped_sense_from_two_poses() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("mill.json");
+    let (at, tilt, length) = ([-203.1, -204.7, -612.35], 62.48, 152.31);
+    let point = [120.0, -35.0, 40.0];
+    let poses = [(0.0, 0.0), (25.0, 70.0)].map(|(b, c)| touch(point, b, c, at, tilt, length));
+    let check = |options: &str, more: &[&str]| {
+        let options = format!("--force --table-at -203.1,-204.7,-612.35 {options}");
+        assert_eq!(code_and_errors(&new_machine("table-table-bc", &options, &out)).0, 0);
+        let words = ["machine", "check", out.to_str().unwrap(), "--tool-length-mm", "152.31"];
+        let touches = ["--touch", &poses[0], "--touch", &poses[1]];
+        let output = run(&[&words[..], &touches, more].concat());
+        let (code, errors) = code_and_errors(&output);
+        (code, String::from_utf8(output.stdout).unwrap(), errors)
+    };
+    let (code, text, errors) = check("--table-tilt 0,0,62.48", &[]);
+    assert!(code == 0 && text.contains("measured poses: agree, tips 0.0000 mm apart"), "{text}{errors}");
+    let (code, text, errors) = check("--table-tilt 0,0,62.48 --reversed C", &[]);
+    assert!(code == 2 && text.contains("DO NOT AGREE"), "{text}");
+    assert!(errors.contains("mill.json") && errors.contains("another sign of sense of C"), "{errors}");
+    let (code, text, errors) = check("--table-tilt 0,0,-62.48", &[]);
+    let expected = "another sign of Z of the B axis, seen from the table's origin";
+    assert!(code == 2 && text.contains(expected) && errors.contains(expected), "{text}{errors}");
+    // Both wrong at once.
+    let (code, _, errors) = check("--table-tilt 0,0,-62.48 --reversed B", &[]);
+    assert!(code == 2 && errors.contains("sense of B and Z of the B axis"), "{errors}");
+    let (code, _, errors) = check("--table-tilt 0,0,70", &[]);
+    assert!(code == 2 && errors.contains("measure pivots and readings again"), "{errors}");
+    // The same with the point known: the sense of X can be wrong, too.
+    let known = ["--touch-point", "120,-35,40"];
+    assert_eq!(check("--table-tilt 0,0,62.48", &known).0, 0);
+    let (code, _, errors) = check("--table-tilt 0,0,62.48 --reversed X", &known);
+    assert!(code == 2 && errors.contains("sense of X"), "{errors}");
+    for (more, message) in [
+        (&["--touch", "X=1,Y=2,Z=3,B=0"][..], "pose 3 has no reading of C"),
+        (&["--touch", "X=1,Y=2,Z=3,A=0,B=0,C=0"], "pose 3 has a reading of A too many"),
+        (&["--touch", "X1"], "is not of the form X=-12.5"),
+        (&["--touch-tolerance-mm", "0"], "tolerance is 0"),
+        (&["--touch-point", "1,2"], "--touch-point"),
+    ] {
+        let (code, _, errors) = check("--table-tilt 0,0,62.48", more);
+        assert!(code == 2 && errors.contains(message), "{message}: {code} {errors}");
+    }
+    let (code, errors) = code_and_errors(&run(&["machine", "check", out.to_str().unwrap(), "--touch", &poses[0]]));
+    assert!(code == 2 && errors.contains("--tool-length-mm"), "{errors}");
 }
 
 #[test]

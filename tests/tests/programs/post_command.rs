@@ -3,10 +3,14 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use facemill::cl_file::read_apt;
+use facemill::inverse_kinematics::{self, AxisKind, AxisValues, Machine};
 use facemill::nc_program::read::{AxisAt, MotionKind};
 use facemill::nc_program::{Dialect, read_program};
+use facemill_test_kit::{linuxcnc_interpreter, run_linuxcnc};
 use facemill_tests::jobs::{JobFolder, small_patch, small_patch_planned, text_of};
 use facemill_tests::program::{code_and_errors, run};
+use nalgebra::Vector3;
 use serde_json::{Value, json};
 
 /// A machine that comes with facemill.
@@ -65,10 +69,16 @@ fn the_apt_file_of_a_plan_leads_to_its_axis_positions() {
     let program = text_of(&planned, "program.nc");
     job.write("program.apt", text_of(&planned, "program.apt").as_bytes());
     let options = ["--job", &place(&job, "job.json"), "--branch", "positive"];
-    let as_planned = ["--rapid-tolerance-mm", "none", "--tolerance-mm", "0.1"];
+    let as_planned = ["--rapid-tolerance-mm", "none", "--tolerance-mm", "0.1", "--certificates"];
     let (code, printed, errors) = post(&job, "program.apt", &[&options[..], &as_planned[..]].concat());
     assert_eq!(code, 0, "{printed}{errors}");
     assert!(printed.contains("against the part  T1: 0 fault(s)"), "{printed}");
+    let proofs = &job.json("posted.post.json")["verifications"][0]["certificates"];
+    assert!(
+        proofs["blocks"].as_u64() > Some(100) && proofs["certified"] == proofs["blocks"],
+        "{}",
+        proofs["certified"]
+    );
     let (of_plan, of_post) = (words(program.as_bytes()), words(&std::fs::read(job.path("posted.nc")).unwrap()));
     assert_eq!(of_plan.len(), of_post.len());
     let mut worst = 0.0_f64;
@@ -95,7 +105,46 @@ fn the_apt_file_of_a_plan_is_posted_for_all_controls_on_three_machines() {
             let options = ["--machine", &machine, "--tool", &tool, "--dialect", dialect.name(), "--mount", mount];
             let (code, printed, errors) = post(&job, "program.apt", &options);
             assert_eq!(code, 0, "{name} {}: {printed}{errors}", dialect.name());
+            if dialect == Dialect::LinuxCnc {
+                its_interpreter_comes_to_every_point(&job, name, mount);
+            }
         }
+    }
+}
+
+/// The interpreter of LinuxCNC takes the posted program and brings the tool to every point of the
+/// APT file, by the forward solution of its words; skipped where it is not installed.
+fn its_interpreter_comes_to_every_point(job: &JobFolder, machine: &str, mount: &str) {
+    let Some(rs274) = linuxcnc_interpreter() else { return };
+    let length = job.json("tool.json")["gauge_length_mm"].as_f64().expect("a length");
+    let text = std::fs::read_to_string(job.path("posted.nc")).expect("a program");
+    let table = format!("T1 P1 Z{length} D20 ;mill\n");
+    let (is_taken, printed) = run_linuxcnc(&rs274, &text, &table, &format!("plan-{machine}"));
+    assert!(is_taken && printed.contains("PROGRAM_END"), "{machine}: {printed}");
+    let machine = Machine::from_json(inverse_kinematics::preset(machine).expect("a preset").as_bytes()).unwrap();
+    let along = machine.length_compensation_travel().expect("a spindle axis");
+    let shift: Vec<f64> = mount.split(',').map(|v| v.parse().expect("a number")).collect();
+    let ends = printed.lines().filter_map(|line| {
+        let rest = line.split_once("STRAIGHT_TRAVERSE(").or_else(|| line.split_once("STRAIGHT_FEED("))?.1;
+        let values: Vec<f64> = rest.trim_end_matches(')').split(',').filter_map(|v| v.trim().parse().ok()).collect();
+        let q = AxisValues::from_fn(machine.axes().len(), |k| {
+            let axis = &machine.axes()[k];
+            let value = values["XYZABC".find(axis.letter.as_str()).expect("an axis")];
+            if axis.kind == AxisKind::Linear { value + along[k] * length } else { value.to_radians() }
+        });
+        let cl = machine.cl_point(&q, length);
+        Some((cl.tip - Vector3::from_column_slice(&shift), cl.axis))
+    });
+    let ends: Vec<_> = ends.collect();
+    let file = read_apt(std::fs::read(job.path("program.apt")).expect("a file")).expect("an APT file");
+    assert!(file.points.len() > 100, "{}", file.points.len());
+    let mut at = 0;
+    for point in &file.points {
+        let is_it = |(tip, axis): &(nalgebra::Point3<f64>, nalgebra::Unit<Vector3<f64>>)| {
+            (tip - point.cl.tip).norm() < 0.02 && (**axis - *point.cl.axis).norm() < 1e-4
+        };
+        let found = ends[at..].iter().position(is_it);
+        at += found.unwrap_or_else(|| panic!("{}: line {} is not reached", machine.name(), point.line));
     }
 }
 

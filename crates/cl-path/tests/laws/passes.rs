@@ -248,3 +248,38 @@ fn points_without_a_direction_along_the_surface_are_counted() {
     let laid = laid(&plate, text, ContactKind::OfTool, 0.0).unwrap();
     assert!(laid.without_direction >= 1 && laid.first_without.is_some(), "{laid:?}");
 }
+
+/// A file whose axis leans by 10° up to x = 0 and by 25° behind it, over a number of points from
+/// one to the other; contact of the rim's corner at y = 0.
+fn leaning(turn_over_mm: f64) -> String {
+    let mut text = String::from("UNITS/MM\nMULTAX/ON\nRAPID\nGOTO/-60,0,30,0,0,1\n");
+    for k in 0..=120 {
+        let x = -60.0 + f64::from(k);
+        let share = (x / turn_over_mm).clamp(0.0, 1.0);
+        let tilt = (10.0 + 15.0 * share).to_radians();
+        let cc = facemill_cl_data::CcPoint::new(Point3::new(x, 0.0, 0.0), Vector3::z(), Vector3::x()).unwrap();
+        let cl = cl_from_cc(&mill(), &cc, facemill_cl_data::Posture { tilt, rotate: 0.0 });
+        let (t, a) = (cl.tip, cl.axis);
+        text += &format!("GOTO/{:.7},{:.7},{:.7},{:.9},{:.9},{:.9}\n", t.x, t.y, t.z, a.x, a.y, a.z);
+        text += if k == 0 { "FEDRAT/900\n" } else { "" };
+    }
+    text + "RAPID\nGOTO/60,0,30,0,0,1\nFINI\n"
+}
+
+/// Line 5 is the first point, 6 the feed: the point at x has line 67 + x.
+#[test]
+fn jumps_of_the_axis_are_counted_with_their_line_and_steady_turns_are_not() {
+    let plate = plate([-100.0, -100.0], [100.0, 100.0]);
+    let kept = laid(&plate, &leaning(1.0), ContactKind::OfTool, 0.0).unwrap();
+    assert_eq!((kept.turns.jumps, kept.turns.first_jump, kept.turns.line), (1, Some(67), Some(67)), "{:?}", kept.turns);
+    assert!((kept.turns.largest.to_degrees() - 15.0).abs() < 1e-6, "{:?}", kept.turns);
+    // Half a degree in each of 30 steps.
+    let steady = laid(&plate, &leaning(30.0), ContactKind::OfTool, 0.0).unwrap();
+    assert_eq!((steady.turns.jumps, steady.turns.first_jump), (0, None));
+    assert!((steady.turns.largest.to_degrees() - 0.5).abs() < 1e-6, "{:?}", steady.turns);
+    // One long step with the same turn is none, though points are inserted in it.
+    let long = "UNITS/MM\nMULTAX/ON\nRAPID\nGOTO/-60,0,0.1,0,0,1\nFEDRAT/900\nGOTO/-50,0,0\nGOTO/40,0,0,0,0.0007,1\nRAPID\nGOTO/0,0,50\nFINI\n";
+    let laid = laid(&plate, long, ContactKind::OfTool, 0.0).unwrap();
+    assert_eq!((laid.turns.jumps, laid.turns.line), (0, Some(7)));
+    assert!((laid.turns.largest - 0.0007).abs() < 1e-8, "{:?}", laid.turns);
+}

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use facemill_cl_data::{ClPoint, Silent};
+use facemill_cl_data::{ClPoint, Monitor, Silent};
 use facemill_cl_file::read_apt;
 use facemill_cl_post::*;
 use facemill_inverse_kinematics::{AxisKind, AxisValues, Machine, preset};
@@ -95,6 +95,15 @@ impl Stage {
     }
 
     pub(crate) fn post_with(&self, text: &str, options: &PostOptions) -> Result<Posted, PostFault> {
+        self.post_watched(text, options, &Silent)
+    }
+
+    pub(crate) fn post_watched(
+        &self,
+        text: &str,
+        options: &PostOptions,
+        monitor: &dyn Monitor,
+    ) -> Result<Posted, PostFault> {
         let zero = AxisValues::zeros(self.machine.axes().len());
         let words = |t: &ToolAssembly| machine_words(&self.machine, &zero, WorkOffset::default(), t.gauge_length());
         let tools = self.tools.iter().map(|tool| PostTool { tool, words: words(tool).unwrap() });
@@ -105,7 +114,7 @@ impl Stage {
             post: &self.post,
         };
         let stamp = ProgramStamp::new(Path::new("test.apt"), text.as_bytes());
-        post_cl(&read_apt(text).unwrap(), stamp, Path::new("test.nc"), &scene, options, &Silent)
+        post_cl(&read_apt(text).unwrap(), stamp, Path::new("test.nc"), &scene, options, monitor)
     }
 
     pub(crate) fn post(&self, text: &str) -> Posted {

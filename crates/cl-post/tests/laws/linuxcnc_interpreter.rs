@@ -7,14 +7,16 @@
 use std::path::Path;
 
 use facemill_cl_data::ClPoint;
-use facemill_cl_file::{AptMeaning, AptPointKind, read_apt};
+use facemill_cl_file::{AptPointKind, read_apt};
 use facemill_cl_post::PostOptions;
 use facemill_inverse_kinematics::{AxisKind, AxisValues};
 use facemill_nc_program::Dialect;
 use facemill_test_kit::{Random, SHARED_NC, linuxcnc_interpreter, run_linuxcnc};
 
+use nalgebra::Isometry3;
+
 use crate::kit::*;
-use crate::shared_files::frame_of;
+use crate::shared_files::{frame_of, middle_of, tool_numbers};
 
 /// Ends of all straight moves that the interpreter makes of a program: X, Y, Z, A, B, C.
 fn interpreted(rs274: &Path, text: &str, (name, tools): (&str, &[u32])) -> Vec<[f64; 6]> {
@@ -64,33 +66,35 @@ fn poses_of(stage: &Stage, ends: &[[f64; 6]]) -> Vec<ClPoint> {
     ends.iter().map(pose).collect()
 }
 
-/// A file of a CAM system with fourteen tool calls and frames: the interpreter takes all of its
-/// changes, and the tip comes to every point but those of cycles.
+/// Files of a CAM system, one of them with fourteen tool calls and frames: on three machines the
+/// interpreter takes all changes, and tip and axis come to every point but those of cycles.
 #[test]
-fn its_interpreter_takes_a_published_file_with_several_tools() {
+fn its_interpreter_takes_published_files_on_three_machines() {
     let Some(rs274) = linuxcnc_interpreter() else { return };
-    let path = std::path::Path::new(SHARED_NC).join("aamorim_manufacture3-top.apt");
-    let Ok(text) = std::fs::read_to_string(&path) else {
-        eprintln!("SKIPPED: {} is not there", path.display());
-        return;
-    };
-    let file = read_apt(&text).unwrap();
-    let mut numbers: Vec<u32> = file
-        .statements
-        .iter()
-        .filter_map(|s| if let AptMeaning::Tool(n) = s.meaning { Some(n) } else { None })
-        .collect();
-    numbers.sort_unstable();
-    numbers.dedup();
-    let mut stage = Stage::control("bridge-head-head-a-b", Dialect::LinuxCnc, None);
-    stage.tools = numbers.iter().map(|number| tool(*number, LENGTH)).collect();
-    let options = PostOptions { retract: Some(5.0), ..PostOptions::new("several") };
-    let posted = stage.post_with(&text, &options).unwrap_or_else(|e| panic!("{e}"));
-    let cls = poses_of(&stage, &interpreted(&rs274, &posted.text, ("several", &numbers)));
-    let mut at = 0;
-    for point in file.points.iter().filter(|p| p.kind != AptPointKind::Cycle) {
-        let tip = frame_of(&file, point.frame).transform_point(&point.cl.tip);
-        let found = cls[at..].iter().position(|cl| (cl.tip - tip).norm() < 0.01);
-        at += found.unwrap_or_else(|| panic!("line {} is not reached behind move {at}", point.line));
+    for name in ["aamorim_Interface-glue.apt", "aamorim_basemach.apt", "aamorim_manufacture3-top.apt"] {
+        let path = std::path::Path::new(SHARED_NC).join(name);
+        let Ok(text) = std::fs::read_to_string(&path) else {
+            eprintln!("SKIPPED: {} is not there", path.display());
+            continue;
+        };
+        let file = read_apt(&text).unwrap();
+        let numbers = tool_numbers(&file);
+        for machine in ["bridge-head-head-a-b", "head-b-table-c", "head-head-c-a"] {
+            let mut stage = Stage::control(machine, Dialect::LinuxCnc, None);
+            stage.tools = numbers.iter().map(|number| tool(*number, LENGTH)).collect();
+            stage.table_from_work *= Isometry3::from(-middle_of(&file));
+            let options = PostOptions { retract: Some(5.0), law_feeds: false, ..PostOptions::new("several") };
+            let posted = stage.post_with(&text, &options).unwrap_or_else(|e| panic!("{name} on {machine}: {e}"));
+            let cls = poses_of(&stage, &interpreted(&rs274, &posted.text, ("several", &numbers)));
+            let mut at = 0;
+            for point in file.points.iter().filter(|p| p.kind != AptPointKind::Cycle) {
+                let frame = frame_of(&file, point.frame);
+                let tip = frame.transform_point(&point.cl.tip);
+                let axis = frame.transform_vector(&point.cl.axis);
+                let is_it = |cl: &ClPoint| (cl.tip - tip).norm() < 0.02 && (*cl.axis - axis).norm() < 1e-4;
+                let found = cls[at..].iter().position(is_it);
+                at += found.unwrap_or_else(|| panic!("{name} on {machine}: line {} is not reached", point.line));
+            }
+        }
     }
 }

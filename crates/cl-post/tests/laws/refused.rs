@@ -1,8 +1,10 @@
 //! Files and settings that are refused, with the line.
 
-use facemill_cl_post::{PostOptions, post_on};
+use facemill_cl_data::Monitor;
+use facemill_cl_post::{PostFault, PostOptions, post_on};
 use facemill_nc_program::FeedMode;
 use facemill_nc_program::dialect::{Orientation, PostFile};
+use facemill_test_kit::Random;
 
 use crate::kit::*;
 
@@ -106,6 +108,63 @@ fn many_words_and_tools_are_bounded() {
     );
     let why = why.unwrap_err().to_string();
     assert!(why.starts_with("line ") && why.contains("more than 20000000 moves"), "{why}");
+}
+
+/// The number of positions is bounded, those inserted with them: with the line at which it is
+/// reached, and to the position.
+#[test]
+fn positions_are_bounded() {
+    let stage = Stage::fanuc("head-b-table-c", 3);
+    let text = file_of(&random_walk(&mut Random(91), 200), ("MM", 1.0));
+    let of = |max_positions: usize| PostOptions { max_positions, ..PostOptions::new("t") };
+    let posted = stage.post(&text);
+    let n = stage.reached(&posted.text).len();
+    assert!(n > 220, "{n} positions: none is inserted");
+    assert_eq!(stage.post_with(&text, &of(n)).map(|p| p.text), Ok(posted.text));
+    let mut last = 0;
+    for most in [1, 10, 50, n / 2, n - 1] {
+        let why = stage.post_with(&text, &of(most)).map(|p| p.text).unwrap_err().to_string();
+        assert!(why.contains(&format!("more than {most} positions keep the tolerance")), "{why}");
+        let line = why.strip_prefix("line ").and_then(|rest| rest.split(':').next()?.parse::<u32>().ok());
+        let line = line.unwrap_or_else(|| panic!("{why}"));
+        assert!(line > last && line <= 7 + 2 * 200, "{why}");
+        last = line;
+    }
+}
+
+/// Cancels behind so many steps.
+struct Impatient {
+    steps: std::sync::atomic::AtomicUsize,
+    most: usize,
+}
+
+impl Monitor for Impatient {
+    fn advance(&self, steps: usize) {
+        self.steps.fetch_add(steps, std::sync::atomic::Ordering::SeqCst);
+    }
+
+    fn is_cancelled(&self) -> bool {
+        self.steps.load(std::sync::atomic::Ordering::SeqCst) >= self.most
+    }
+}
+
+/// A monitor stops it at every stage, within a step.
+#[test]
+fn it_is_cancelled_at_every_step() {
+    let stage = Stage::fanuc("head-b-table-c", 3);
+    let text = file_of(&random_walk(&mut Random(92), 60), ("MM", 1.0));
+    let run = |most: usize| {
+        let monitor = Impatient { steps: 0.into(), most };
+        let posted = stage.post_watched(&text, &PostOptions::new("t"), &monitor);
+        (posted.map(|p| p.text), monitor.steps.into_inner())
+    };
+    let (posted, all) = run(usize::MAX);
+    assert!(posted.is_ok() && all >= 60, "{all} steps");
+    for most in 0..all {
+        let (stopped, steps) = run(most);
+        assert!(matches!(stopped, Err(PostFault::Cancelled(_))), "{most} of {all}: {:?}", stopped.map(drop));
+        assert!(steps <= most + 1, "{steps} steps behind {most}");
+    }
 }
 
 /// Text of random statements is posted or refused, and never panics.

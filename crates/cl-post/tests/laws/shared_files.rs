@@ -19,18 +19,7 @@ fn is_posted_everywhere(name: &str) {
         return;
     };
     let file = read_apt(&text).unwrap();
-    let numbers: std::collections::BTreeSet<u32> = file
-        .statements
-        .iter()
-        .filter_map(|s| if let AptMeaning::Tool(number) = s.meaning { Some(number) } else { None })
-        .collect();
-    // The middle of all points of the part is put in that of the machine.
-    let of = |k: usize| {
-        let values = file.points.iter().map(|p| frame_of(&file, p.frame).transform_point(&p.cl.tip)[k]);
-        let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
-        0.5 * (low + high)
-    };
-    let center = nalgebra::Vector3::new(of(0), of(1), of(2));
+    let (numbers, center) = (tool_numbers(&file), middle_of(&file));
     for machine in ["bridge-head-head-a-b", "head-b-table-c", "head-head-c-a"] {
         for dialect in Dialect::ALL {
             let mut stage = Stage::control(machine, dialect, None);
@@ -65,6 +54,26 @@ fn basemach_is_posted_in_all_dialects_on_three_machines() {
 #[test]
 fn manufacture_is_posted_in_all_dialects_on_three_machines() {
     is_posted_everywhere("aamorim_manufacture3-top.apt");
+}
+
+/// Numbers of the tools of a file, each once.
+pub(crate) fn tool_numbers(file: &facemill_cl_file::AptFile) -> Vec<u32> {
+    let of_tool = |s: &facemill_cl_file::AptStatement| match s.meaning {
+        AptMeaning::Tool(number) => Some(number),
+        _ => None,
+    };
+    let numbers: std::collections::BTreeSet<u32> = file.statements.iter().filter_map(of_tool).collect();
+    numbers.into_iter().collect()
+}
+
+/// The middle of all points of the part, which is put in that of the machine.
+pub(crate) fn middle_of(file: &facemill_cl_file::AptFile) -> nalgebra::Vector3<f64> {
+    let of = |k: usize| {
+        let values = file.points.iter().map(|p| frame_of(file, p.frame).transform_point(&p.cl.tip)[k]);
+        let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
+        0.5 * (low + high)
+    };
+    nalgebra::Vector3::new(of(0), of(1), of(2))
 }
 
 /// The frame in which a point is given, from the numbers of its CSYS.

@@ -10,8 +10,9 @@ use nalgebra::{Isometry3, Point3, Vector3};
 use crate::figure::{Figure, GRAY, GREEN, INK, Mm, RED};
 
 /// Machines and the Z they are drawn at, mm: low enough that the tool is near the table.
-const MACHINES: [(&str, f64); 12] = [
+const MACHINES: [(&str, f64); 13] = [
     ("head-b-table-c", 1100.0),
+    ("head-a-table-c", -350.0),
     ("table-table-a-c", -250.0),
     ("table-table-b-c", -250.0),
     ("head-head-c-a", -350.0),

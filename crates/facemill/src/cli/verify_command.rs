@@ -98,14 +98,7 @@ pub(crate) fn run(arguments: &VerifyArguments) -> Result<ExitCode, Failure> {
     crate::cli::progress::watch_interrupts().map_err(Failure::Internal)?;
     let mut read = arguments.program.read_with(&arguments.stand)?;
     let path = &arguments.program.program;
-    let called = CalledProgram::of(&read.job, path, &read.text, read.dialect)?;
-    let called = called.map(|(called, text)| {
-        read.text = text;
-        called
-    });
-    if let Some(called) = &called {
-        say(&called.summary_line())?;
-    }
+    let called = CalledProgram::in_place(&mut read, path)?;
     if read.setups.len() > 1 {
         return run_sections(arguments, read, called.as_ref());
     }

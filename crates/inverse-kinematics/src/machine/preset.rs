@@ -2,10 +2,11 @@ use crate::machine::Machine;
 use crate::machine_file::error::MachineError;
 
 /// Machine files that come with the crate, by name.
-const PRESETS: [(&str, &str); 12] = [
+const PRESETS: [(&str, &str); 13] = [
     ("bridge-head-head-a-b", include_str!("../../presets/machines/bridge-head-head-a-b.json")),
     ("dual-c-horizontal-xyzb", include_str!("../../presets/machines/dual-c-horizontal-xyzb.json")),
     ("dual-c-horizontal-xzab", include_str!("../../presets/machines/dual-c-horizontal-xzab.json")),
+    ("head-a-table-c", include_str!("../../presets/machines/head-a-table-c.json")),
     ("head-b-a-table-c-two-linear", include_str!("../../presets/machines/head-b-a-table-c-two-linear.json")),
     ("head-b-nutating-table-c", include_str!("../../presets/machines/head-b-nutating-table-c.json")),
     ("head-b-table-c", include_str!("../../presets/machines/head-b-table-c.json")),

@@ -13,6 +13,8 @@ pub enum MeasuredFamily {
     TableTableAc,
     /// The head tilts about B, the table turns about C.
     HeadTableBc,
+    /// The head tilts about A, the table turns about C.
+    HeadTableAc,
     /// The head turns about a B axis that leans by 45°, the table turns about C.
     HeadNutatingTableBc,
     /// A B axis that leans by 45° carries the turning table C.
@@ -25,10 +27,11 @@ pub enum MeasuredFamily {
 
 impl MeasuredFamily {
     /// All families.
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 8] = [
         Self::TableTableBc,
         Self::TableTableAc,
         Self::HeadTableBc,
+        Self::HeadTableAc,
         Self::HeadNutatingTableBc,
         Self::TableTableNutatingBc,
         Self::HeadHeadCa,
@@ -41,6 +44,7 @@ impl MeasuredFamily {
             Self::TableTableBc => "table-table-bc",
             Self::TableTableAc => "table-table-ac",
             Self::HeadTableBc => "head-table-bc",
+            Self::HeadTableAc => "head-table-ac",
             Self::HeadNutatingTableBc => "head-nutating-table-bc",
             Self::TableTableNutatingBc => "table-table-nutating-bc",
             Self::HeadHeadCa => "head-head-ca",
@@ -54,6 +58,7 @@ impl MeasuredFamily {
             Self::TableTableBc => "table-table-b-c",
             Self::TableTableAc => "table-table-a-c",
             Self::HeadTableBc => "head-b-table-c",
+            Self::HeadTableAc => "head-a-table-c",
             Self::HeadNutatingTableBc => "head-b-nutating-table-c",
             Self::TableTableNutatingBc => "table-table-b-c-nutating",
             Self::HeadHeadCa => "head-head-c-a",
@@ -64,7 +69,7 @@ impl MeasuredFamily {
     /// Returns the address of the tilting axis.
     pub fn tilting_axis(self) -> &'static str {
         match self {
-            Self::TableTableAc | Self::HeadHeadCa => "A",
+            Self::TableTableAc | Self::HeadTableAc | Self::HeadHeadCa => "A",
             Self::TableTableBc
             | Self::HeadTableBc
             | Self::HeadHeadCb
@@ -81,7 +86,7 @@ impl MeasuredFamily {
     pub(crate) fn places(self) -> &'static [&'static str] {
         match self {
             Self::TableTableBc | Self::TableTableAc => &["table_at", "table_tilt"],
-            Self::HeadTableBc => &["table_at", "pivot_length", "pivot_offset"],
+            Self::HeadTableBc | Self::HeadTableAc => &["table_at", "pivot_length", "pivot_offset"],
             Self::HeadNutatingTableBc => &["table_at", "pivot_length", "pivot_offset", "lean"],
             Self::TableTableNutatingBc => &["table_at", "table_tilt", "lean"],
             Self::HeadHeadCa | Self::HeadHeadCb => &["table_at", "pivot_length", "pivot_offset", "c_offset"],

@@ -19,3 +19,4 @@ mod measured;
 mod motion;
 mod published;
 mod three_rotaries;
+mod touches;

@@ -29,7 +29,7 @@ fn about_oblique(lean: MeasuredLean, angle: f64) -> Matrix3<f64> {
 
 /// Tip and tool axis in the table frame, by hand for each family: `q` has the readings of X, Y, Z,
 /// the tilting axis and C, `signs` −1 for those that count against ISO 841.
-fn by_hand(
+pub(crate) fn by_hand(
     family: MeasuredFamily,
     m: &PlaceMeasurements,
     q: [f64; 5],
@@ -64,7 +64,7 @@ fn by_hand(
         MeasuredFamily::TableTableBc | MeasuredFamily::TableTableAc | MeasuredFamily::TableTableNutatingBc => {
             on_trunnion(m.table_tilt.unwrap())
         }
-        MeasuredFamily::HeadTableBc | MeasuredFamily::HeadNutatingTableBc => {
+        MeasuredFamily::HeadTableBc | MeasuredFamily::HeadTableAc | MeasuredFamily::HeadNutatingTableBc => {
             (about_z(c) * (nose + to_pivot() + from_pivot()), about_z(c) * tilted * up)
         }
         MeasuredFamily::HeadHeadCa | MeasuredFamily::HeadHeadCb => in_fork(),
@@ -72,7 +72,7 @@ fn by_hand(
     }
 }
 
-fn random_places(r: &mut Random, family: MeasuredFamily) -> PlaceMeasurements {
+pub(crate) fn random_places(r: &mut Random, family: MeasuredFamily) -> PlaceMeasurements {
     let mut near = |size: f64| if r.below(4) == 0 { 0.0 } else { r.between(-size, size) };
     let on_table = family.name().starts_with("table-table");
     let leans = family.name().contains("nutating");
@@ -87,7 +87,7 @@ fn random_places(r: &mut Random, family: MeasuredFamily) -> PlaceMeasurements {
     }
 }
 
-fn built(family: MeasuredFamily, measured: &Measurements) -> Machine {
+pub(crate) fn built(family: MeasuredFamily, measured: &Measurements) -> Machine {
     let made = machine_from_measurements(family, measured).unwrap_or_else(|e| panic!("{family} {measured:?}: {e}"));
     let json = facemill_file_format::to_json(&made.file);
     Machine::from_json(json.as_bytes()).unwrap_or_else(|e| panic!("{family}: {e}"))
@@ -143,7 +143,7 @@ fn measured_machines_move_as_rotation_matrices_say() {
     }
 }
 
-fn counting(axis: &str, sense: MeasuredSense) -> AxisMeasurement {
+pub(crate) fn counting(axis: &str, sense: MeasuredSense) -> AxisMeasurement {
     AxisMeasurement { axis: axis.to_owned(), sense: Some(sense), ..Default::default() }
 }
 

@@ -77,12 +77,8 @@ pub fn passes_of_cl_file(
 
 /// Remarks on parts of the file that are in no pass.
 fn remarks(laid: &ClPasses) -> Vec<String> {
-    let left_out = laid.length - laid.length_in_passes;
     let at = |line: Option<u32>| line.map_or_else(String::new, |line| format!("; the first in line {line}"));
     let mut notes = Vec::new();
-    if left_out > 1e-3 {
-        notes.push(format!("{left_out:.3} mm of {:.3} mm at feed are in no pass", laid.length));
-    }
     if laid.without_direction > 0 {
         let n = laid.without_direction;
         notes.push(format!(

@@ -147,6 +147,19 @@ pub struct HolderReport {
 const TOLD: usize = 30;
 
 impl LengthsFile {
+    /// Replaces every line of the program, for one that was run with its calls expanded.
+    pub fn map_lines(&mut self, line_of: impl Fn(u32) -> u32) {
+        let map = |line: &mut u32| *line = line_of(*line);
+        let of_lengths = self.lengths.iter_mut().filter_map(|length| length.forced_by.as_mut());
+        let of_holders = self.holders.iter_mut().filter_map(|holder| holder.forced_by.as_mut());
+        let none = self.none_is_free.iter_mut().map(|none| &mut none.by);
+        of_lengths.chain(of_holders).chain(none).map(|by| &mut by.line).for_each(map);
+        let findings = self.findings.iter_mut();
+        findings.flat_map(|f| [&mut f.first_line, &mut f.last_line, &mut f.worst_line]).for_each(map);
+        let proofs = self.certificates.iter_mut().flat_map(|c| &mut c.certificates);
+        proofs.flat_map(|c| [Some(&mut c.line), c.doubted_since_line.as_mut()]).flatten().for_each(map);
+    }
+
     /// Returns the file as a table to read.
     #[must_use]
     pub fn table(&self) -> String {

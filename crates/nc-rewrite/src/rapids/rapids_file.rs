@@ -49,7 +49,8 @@ pub struct RapidsFile {
 /// One link.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct LinkReport {
-    /// Its first and last line in the original program.
+    /// Its first and last line in the original program; where calls of subprograms were expanded,
+    /// lines of called files count on.
     pub lines: [u32; 2],
     /// Its first and last line in the new program.
     pub new_lines: [u32; 2],

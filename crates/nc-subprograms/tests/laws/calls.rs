@@ -211,3 +211,29 @@ fn any_text_is_taken() {
         }
     }
 }
+
+/// Numbers of an expanded program of Klartext count on; lines without a number, and all else, stay.
+#[test]
+fn lines_of_an_expanded_program_are_numbered_anew() {
+    let text = b"0 BEGIN PGM A MM\n1 L X+1 F100\n17 L Y+2\n18 L Y+3\n; no number\n2 END PGM A MM\n";
+    let expected = "0 BEGIN PGM A MM\n1 L X+1 F100\n2 L Y+2\n3 L Y+3\n; no number\n4 END PGM A MM\n";
+    assert_eq!(String::from_utf8(facemill_nc_subprograms::renumbered(text)).unwrap(), expected);
+    assert_eq!(facemill_nc_subprograms::renumbered(expected.as_bytes()), expected.as_bytes());
+    assert_eq!(facemill_nc_subprograms::renumbered(b"5 A\r\n5 B"), b"5 A\r\n6 B");
+}
+
+/// A program has calls that are expanded only where a line may be one, by every control.
+#[test]
+fn lines_that_may_call_are_those_of_programs_with_calls() {
+    use facemill_nc_program::Dialect;
+    for (dialect, call, other) in [
+        (Dialect::Fanuc, "N10 M98 P2 (SUB)", "N10 M98 P#1"),
+        (Dialect::Haas, "M97 P100", "M99"),
+        (Dialect::LinuxCnc, "o<pass_1> call", "o<pass_1> sub"),
+        (Dialect::Siemens840d, "N7 PASS_1", "N7 TRAORI"),
+        (Dialect::Heidenhain, "7 CALL LBL 101", "7 LBL 101"),
+    ] {
+        assert!(facemill_nc_subprograms::may_call(call.as_bytes(), dialect), "{call}");
+        assert!(!facemill_nc_subprograms::may_call(other.as_bytes(), dialect), "{other}");
+    }
+}

@@ -22,6 +22,7 @@ pub(crate) fn cl_path(planned: &PlannedOperation<'_>) -> Option<ClPathReport> {
         let to_first = places.get(piece.copy as usize).map_or_else(Isometry3::identity, Isometry3::inverse);
         found.add(laid, piece, &to_first);
     }
+    let turns = &laid.laid.turns;
     Some(ClPathReport {
         operation: operation.name.clone(),
         file: file.file.clone(),
@@ -31,7 +32,17 @@ pub(crate) fn cl_path(planned: &PlannedOperation<'_>) -> Option<ClPathReport> {
         points: laid.n_points,
         points_off_surface: laid.laid.off_surface,
         first_line_off_surface: laid.laid.first_off,
+        points_without_direction: laid.laid.without_direction,
+        first_line_without_direction: laid.laid.first_without,
+        contact_jumps: laid.laid.jumps,
+        first_line_contact_jump: laid.laid.first_jump,
         passes: laid.laid.passes.len(),
+        length_mm: laid.laid.length,
+        in_passes_mm: laid.laid.length_in_passes,
+        planned_mm: found.planned,
+        largest_turn: FileAngleReport { deg: turns.largest.to_degrees(), line: turns.line },
+        axis_jumps: turns.jumps,
+        first_line_axis_jump: turns.first_jump,
         above: distance(&laid.laid.above),
         below: distance(&laid.laid.below),
         tip: operation.keeps_axes().then_some(found.tip),
@@ -47,6 +58,8 @@ fn distance(of: &StandOff) -> FileDistanceReport {
 /// Largest deviations so far.
 #[derive(Default)]
 struct Deviation {
+    /// Way of the file's tip in planned parts of passes, mm.
+    planned: f64,
     tip: FileDistanceReport,
     axis: FileAngleReport,
 }
@@ -60,6 +73,7 @@ impl Deviation {
         let mut cuts = piece.cuts.iter().peekable();
         let mut waiting: Vec<&Cut> = Vec::new();
         let mut last: Option<usize> = None;
+        let mut first: Option<usize> = None;
         while let Some(cut) = cuts.next() {
             if cut.inserted && cuts.peek().is_some() {
                 waiting.push(cut);
@@ -73,6 +87,11 @@ impl Deviation {
             let around = if cut.inserted { &points[low..=high.max(low)] } else { &points[index..=index] };
             self.add_cut(cut, around, to_first);
             (from, last) = (index, Some(index));
+            first = first.or(last);
+        }
+        if let (Some(first), Some(last)) = (first, last) {
+            let way = points[first..=last.max(first)].windows(2);
+            self.planned += way.map(|ends| (ends[1].cl.tip - ends[0].cl.tip).norm()).sum::<f64>();
         }
     }
 

@@ -100,3 +100,19 @@ fn a_glb_header_shorter_than_itself_is_an_error() {
         assert!(!import(&glb, MeshFormat::Gltf), "{length}");
     }
 }
+
+/// A count of a billion triangles in a file of some hundred bytes, with and without ASCII before
+/// it, reserves nothing and is an error.
+#[test]
+fn a_billion_announced_triangles_are_an_error() {
+    let (_, sound) = samples().remove(2);
+    assert!(import(&sound, MeshFormat::Stl));
+    for count in [1_000_000_000_u32, u32::MAX, 85_899_346] {
+        for title in [&b"binary"[..], b"solid t"] {
+            let mut bytes = sound.clone();
+            bytes[..title.len()].copy_from_slice(title);
+            bytes[80..84].copy_from_slice(&count.to_le_bytes());
+            assert!(!import(&bytes, MeshFormat::Stl), "{count}");
+        }
+    }
+}

@@ -53,6 +53,9 @@ fn rows_of_linuxcnc_are_the_tools_by_number() {
             assert_eq!((number, pocket), (f64::from(tool.number()), f64::from(tool.number())));
             assert!((length * mm - tool.gauge_length()).abs() < 1e-4, "{line}");
             assert!((diameter * mm - 2.0 * tool.cutter().radius()).abs() < 1e-4, "{line}");
+            // A row that is copied into another table says in which unit it is.
+            let unit = if mm == 1.0 { ";mm, " } else { ";inch, " };
+            assert!(line.contains(unit), "{line}");
         }
         // The table does not depend on the order of the arguments.
         tools.reverse();
@@ -64,7 +67,10 @@ fn rows_of_linuxcnc_are_the_tools_by_number() {
 fn a_length_register_has_a_row_of_its_own() {
     let one = tool(|file| file.length_register = Some(17));
     let text = linuxcnc_table(std::slice::from_ref(&one), TableUnit::Millimetre).expect("a table");
-    assert_eq!(text, "T7 P7 Z146.2000 D12.7000 ;1/2 r1/16 long reach\nT17 P17 Z146.2000 D12.7000 ;length of T7\n");
+    assert_eq!(
+        text,
+        "T7 P7 Z146.2000 D12.7000 ;mm, 1/2 r1/16 long reach\nT17 P17 Z146.2000 D12.7000 ;mm, length of T7\n"
+    );
     let other = tool(|file| file.number = 17);
     let why = linuxcnc_table(&[one, other], TableUnit::Millimetre).expect_err("one row for two");
     assert!(matches!(why, TableError::Register { number: 7, register: 17, .. }), "{why}");

@@ -105,6 +105,14 @@ fn a_plate_is_faced_by_a_file_for_three_axes() {
     let [report] = &planned.report.cl_paths[..] else { panic!("one operation") };
     assert_eq!((report.cuts, report.points, report.passes, report.points_off_surface), (1, 4, 2, 4));
     assert_eq!((report.tip.map(|tip| tip.mm), report.axis.deg, report.below.mm), (Some(0.0), 0.0, 0.0));
+    // Two cuts of 240 mm and 32 mm between them; what is over the plate of 160 mm with the rim's
+    // 10.
+    assert!((report.length_mm - 512.0).abs() < 1e-6, "{report:?}");
+    assert!((300.0..=370.0).contains(&report.in_passes_mm), "{report:?}");
+    let way = report.planned_mm;
+    assert!(way <= report.in_passes_mm + 1e-6 && way > report.in_passes_mm - 10.0, "{report:?}");
+    assert_eq!((report.points_without_direction, report.contact_jumps, report.axis_jumps), (0, 0, 0));
+    assert_eq!((report.largest_turn.deg, report.largest_turn.line), (0.0, None));
     // Poses over the plate are on both lines of the file.
     let own = poses(&text_of(&planned, "program.apt"));
     let over: Vec<&ClPoint> = own.iter().filter(|cl| cl.tip.x.abs() < 80.0).collect();
@@ -154,6 +162,9 @@ fn kept_poses_that_are_not_permitted_are_left_out_by_name() {
         report.infeasible
     );
     assert!(report.findings.is_empty());
+    // Of the 120 mm of the file half leans too far.
+    let way = &report.cl_paths[0];
+    assert!((way.length_mm - way.in_passes_mm).abs() < 5.0 && way.planned_mm < 0.6 * way.in_passes_mm, "{way:?}");
     // Every pose that is cut is one of the file.
     assert!(report.cl_paths[0].tip.expect("kept").mm < 1e-6, "{:?}", report.cl_paths);
     let job = plate("", &[cone, ("/operations/0/infeasible", json!("stop"))]);

@@ -7,8 +7,14 @@ use std::path::Path;
 use facemill::formats::{CalledFile, ProgramStamp, VerificationFile};
 use facemill::nc_program::Dialect;
 use facemill::nc_program::read::ReadError;
-use facemill::nc_subprograms::{ExpandedProgram, expand};
+use facemill::nc_subprograms::{ExpandedProgram, expand, renumbered};
 use facemill::{Failure, Job, files};
+
+use crate::cli::arguments::program::ProgramOfJob;
+use crate::cli::output::say;
+
+/// What a command says that writes a new program.
+pub(crate) const CALLS_IN_PLACE: &str = "the new program has the blocks of subprograms in place of their calls\n";
 
 /// A program whose calls were expanded.
 pub(crate) struct CalledProgram<'a> {
@@ -28,6 +34,17 @@ impl<'a> CalledProgram<'a> {
         text: &[u8],
         dialect: Dialect,
     ) -> Result<Option<(Self, Vec<u8>)>, Failure> {
+        let Some((called, text)) = Self::expanded(path, text, dialect)? else { return Ok(None) };
+        job.read_program(&text, dialect).map_err(|e| called.fault(e))?;
+        Ok(Some((called, text)))
+    }
+
+    /// Expands the calls of a program as [`CalledProgram::of`] does, without reading the text that
+    /// runs.
+    ///
+    /// # Errors
+    /// If calls are nested without end: with the line of the file.
+    pub(crate) fn expanded(path: &'a Path, text: &[u8], dialect: Dialect) -> Result<Option<(Self, Vec<u8>)>, Failure> {
         let name = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy();
         let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
         // Listed once, and only if something is called.
@@ -40,9 +57,34 @@ impl<'a> CalledProgram<'a> {
         let expanded = expand(text, &name, dialect, &beside).map_err(|e| Failure::input(path, e))?;
         let Some(mut expanded) = expanded else { return Ok(None) };
         let text = std::mem::take(&mut expanded.text);
-        let called = Self { path, expanded };
-        job.read_program(&text, dialect).map_err(|e| called.fault(e))?;
-        Ok(Some((called, text)))
+        Ok(Some((Self { path, expanded }, text)))
+    }
+
+    /// Expands the calls of a job's program, and prints where the lines of called files begin.
+    ///
+    /// # Errors
+    /// As [`CalledProgram::of`].
+    pub(crate) fn in_place(read: &mut ProgramOfJob, path: &'a Path) -> Result<Option<Self>, Failure> {
+        let Some((called, text)) = Self::of(&read.job, path, &read.text, read.dialect)? else { return Ok(None) };
+        read.text = text;
+        say(&called.summary_line())?;
+        Ok(Some(called))
+    }
+
+    /// Returns the text that runs for a new program: lines of a control that numbers every line count
+    /// on.
+    pub(crate) fn numbered(text: Vec<u8>, dialect: Dialect) -> Vec<u8> {
+        if dialect == Dialect::Heidenhain { renumbered(&text) } else { text }
+    }
+
+    /// Returns the line of the written files, which count on, for a line of the text that runs.
+    pub(crate) fn written(&self, line: u32) -> u32 {
+        self.expanded.lines.written(line)
+    }
+
+    /// Names the written program, and its checksum.
+    pub(crate) fn stamp(&self) -> ProgramStamp {
+        ProgramStamp::new(self.path, self.expanded.files.first().map_or(&[][..], |main| &main.text[..]))
     }
 
     /// Returns an error of the expanded text with the file and line that it is of.
@@ -53,9 +95,9 @@ impl<'a> CalledProgram<'a> {
 
     /// Gives the results the lines of the files.
     pub(crate) fn complete(&self, file: &mut VerificationFile) {
-        let [main, called @ ..] = self.expanded.files.as_slice() else { return };
-        file.map_lines(|line| self.expanded.lines.written(line));
-        file.program = ProgramStamp::new(self.path, &main.text);
+        let [_, called @ ..] = self.expanded.files.as_slice() else { return };
+        file.map_lines(|line| self.written(line));
+        file.program = self.stamp();
         let one = |called: &facemill::nc_subprograms::ExpandedFile| CalledFile {
             program: ProgramStamp::new(Path::new(&called.name), &called.text),
             first_line: called.first_line,

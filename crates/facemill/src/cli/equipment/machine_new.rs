@@ -5,6 +5,7 @@ use std::process::ExitCode;
 
 use clap::Args;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
+use facemill::drawing::machine_svg::machine_svg;
 use facemill::inverse_kinematics::measured::{
     AxisLimits, AxisMeasurement, MeasureError, MeasuredFamily, MeasuredLean, MeasuredMachine, MeasuredSense,
     Measurements, PlaceMeasurements, machine_from_measurements,
@@ -22,7 +23,11 @@ pub(crate) struct NewMachineArguments {
     /// Output file
     #[arg(short, long, value_name = "FILE")]
     out: PathBuf,
-    /// Replace an output file that exists
+    /// Output file for the drawing of axes and pivots (SVG); default: the machine file's name with
+    /// .svg
+    #[arg(long, value_name = "FILE")]
+    drawing: Option<PathBuf>,
+    /// Replace output files that exist
     #[arg(long)]
     force: bool,
     /// Name of the machine; default: its family
@@ -86,11 +91,17 @@ pub(crate) fn run(arguments: &NewMachineArguments) -> Result<ExitCode, Failure> 
     if arguments.lines {
         made.file = made.file.by_lines();
     }
-    if !arguments.force && out.symlink_metadata().is_ok() {
-        return Err(Failure::input(out, "exists; --force replaces it"));
+    let drawing = arguments.drawing.clone().unwrap_or_else(|| out.with_extension("svg"));
+    for file in [out, &drawing] {
+        if !arguments.force && file.symlink_metadata().is_ok() {
+            return Err(Failure::input(file, "exists; --force replaces it"));
+        }
     }
-    files::write_one(out, facemill::file_format::to_json(&made.file).into_bytes())?;
+    let picture = machine_svg(std::slice::from_ref(&machine));
+    let json = facemill::file_format::to_json(&made.file);
+    files::write_each(&[(out, json.into_bytes()), (&drawing, picture.into_bytes())])?;
     say(&format!("{}: {}\n{}", out.display(), machine.family(), summary(&made, family)))?;
+    say(&format!("drawing of axes and pivots: {}\n", drawing.display()))?;
     say(&format!(
         "it has no bodies; add them, and compare it with the machine: facemill machine check {}\n",
         out.display()
@@ -253,7 +264,7 @@ fn machine_name(text: &str) -> Result<String, String> {
     if is_blank { Err("must not be blank".to_owned()) } else { Ok(text.to_owned()) }
 }
 
-fn finite(text: &str) -> Result<f64, String> {
+pub(crate) fn finite(text: &str) -> Result<f64, String> {
     match text.trim().parse::<f64>() {
         Ok(value) if value.is_finite() => Ok(value),
         _ => Err(format!("\"{text}\" is no number")),
@@ -261,7 +272,7 @@ fn finite(text: &str) -> Result<f64, String> {
 }
 
 /// Returns numbers with commas between.
-fn numbers<const N: usize>(text: &str) -> Result<[f64; N], String> {
+pub(crate) fn numbers<const N: usize>(text: &str) -> Result<[f64; N], String> {
     let numbers = text.split(',').map(finite).collect::<Result<Vec<f64>, _>>()?;
     numbers.try_into().map_err(|_| format!("must be {N} numbers in mm with commas between"))
 }

@@ -1,6 +1,7 @@
 //! `facemill feedrate`.
 
-use std::io::{BufReader, Seek};
+use std::fs::File;
+use std::io::{BufRead, BufReader, Read, Seek};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -12,10 +13,12 @@ use facemill::feeds::{
 use facemill::machines::read_machine;
 use facemill::nc_program::Dialect;
 use facemill::nc_program::dialect::ControlMotion;
+use facemill::nc_subprograms::may_call;
 use facemill::{Failure, files, read_dialect_file};
 
+use crate::cli::arguments::called_files::{CALLS_IN_PLACE, CalledProgram};
 use crate::cli::arguments::dialect::dialect;
-use crate::cli::arguments::program::open_nc;
+use crate::cli::arguments::program::{open_nc, read_nc};
 use crate::cli::output::{say, say_bytes};
 
 #[derive(Args)]
@@ -102,6 +105,7 @@ pub(crate) fn run(arguments: &FeedrateArguments) -> Result<ExitCode, Failure> {
     let machine = read.heads.first().ok_or_else(|| Failure::input(&arguments.machine, "has no head"))?;
     let program = open_nc(&arguments.program)?;
     let dialect = arguments.dialect.unwrap_or_else(|| dialect_of(&arguments.program));
+    let called = called(&program, &arguments.program, dialect)?;
     let own_file = arguments.dialect_file.as_deref();
     let own_file = own_file.map(|file| read_dialect_file(file, dialect, "--dialect")).transpose()?;
     let control_motion = own_file.clone().unwrap_or_else(|| dialect.file()).control_motion;
@@ -118,14 +122,21 @@ pub(crate) fn run(arguments: &FeedrateArguments) -> Result<ExitCode, Failure> {
     let failed = |why: FeedRewriteError| match why {
         FeedRewriteError::Read(source) => Failure::Read { file: arguments.program.clone(), source },
         FeedRewriteError::Write(source) => Failure::Write { file: arguments.out.clone().unwrap_or_default(), source },
+        FeedRewriteError::Program(why) if called.is_some() => {
+            Failure::input(&arguments.program, format!("with its calls of subprograms expanded: {why}"))
+        }
         FeedRewriteError::Program(why) => Failure::input(&arguments.program, why),
         other => Failure::input(&arguments.program, other),
     };
-    let from_start = || {
-        let mut file = program.try_clone()?;
-        file.rewind()?;
-        Ok(BufReader::with_capacity(AT_ONCE, file))
+    let from_start = || -> std::io::Result<Box<dyn BufRead + '_>> {
+        if let Some((_, text)) = &called {
+            return Ok(Box::new(text.as_slice()));
+        }
+        Ok(Box::new(start_of(&program)?))
     };
+    if let Some((called, _)) = &called {
+        eprint!("{}{CALLS_IN_PLACE}", called.summary_line());
+    }
     let Some(out) = &arguments.out else {
         // Nothing is printed before the whole program is known to be right.
         let mut text = Vec::new();
@@ -139,6 +150,44 @@ pub(crate) fn run(arguments: &FeedrateArguments) -> Result<ExitCode, Failure> {
     say(&if arguments.json { facemill::file_format::to_json(&summary) } else { text })?;
     Ok(ExitCode::SUCCESS)
 }
+
+/// Returns a reader of a file from its start.
+fn start_of(program: &File) -> std::io::Result<BufReader<File>> {
+    let mut file = program.try_clone()?;
+    file.rewind()?;
+    Ok(BufReader::with_capacity(AT_ONCE, file))
+}
+
+/// Returns the program with its calls expanded; `None` without calls. A program without any is not
+/// held in memory.
+fn called<'p>(
+    program: &File,
+    path: &'p Path,
+    dialect: Dialect,
+) -> Result<Option<(CalledProgram<'p>, Vec<u8>)>, Failure> {
+    let failed = |source| Failure::Read { file: path.to_owned(), source };
+    let mut lines = start_of(program).map_err(failed)?;
+    let mut line = Vec::new();
+    loop {
+        line.clear();
+        // A line that is longer is no call.
+        let n = (&mut lines).take(LONGEST_CALL).read_until(b'\n', &mut line).map_err(failed)?;
+        if n == 0 {
+            return Ok(None);
+        }
+        if line.ends_with(b"\n") || (n as u64) < LONGEST_CALL {
+            if may_call(&line, dialect) {
+                let expanded = CalledProgram::expanded(path, &read_nc(path)?, dialect)?;
+                return Ok(expanded.map(|(called, text)| (called, CalledProgram::numbered(text, dialect))));
+            }
+        } else {
+            lines.skip_until(b'\n').map_err(failed)?;
+        }
+    }
+}
+
+/// Bytes of the longest line that may be a call.
+const LONGEST_CALL: u64 = 4096;
 
 /// Bytes of a program per read.
 const AT_ONCE: usize = 1 << 18;

@@ -12,6 +12,7 @@ use facemill::tool_model::HolderLibrary;
 use facemill::z_map::DexelMap;
 use facemill::{CutRequest, Failure, files, read_rest, replan_with_shorter_tools};
 
+use crate::cli::arguments::called_files::CalledProgram;
 use crate::cli::arguments::option_lengths::{above_zero, from_zero, stock_tolerance};
 use crate::cli::arguments::program::{ProgramArguments, ProgramOfJob};
 use crate::cli::equipment::tool_files::is_tool_file;
@@ -78,7 +79,9 @@ pub(crate) fn run(arguments: &LengthsArguments) -> Result<ExitCode, Failure> {
         Some(path) => Some(HolderLibrary::from_json(&files::read(path)?).map_err(|e| Failure::input(path, e))?),
         None => None,
     };
-    let ProgramOfJob { job, setup, dialect, text, .. } = arguments.program.read()?.of_one_tool()?;
+    let mut read = arguments.program.read()?.of_one_tool()?;
+    let called = CalledProgram::in_place(&mut read, &arguments.program.program)?;
+    let ProgramOfJob { job, setup, dialect, text, .. } = read;
     let rest = arguments.rest.as_ref().map(|path| read_rest(&job, setup, path)).transpose()?;
     let request = LengthsRequest {
         program: &arguments.program.program,
@@ -94,6 +97,10 @@ pub(crate) fn run(arguments: &LengthsArguments) -> Result<ExitCode, Failure> {
     files::check_outputs(outputs.into_iter().flatten().map(PathBuf::as_path))?;
     look_at_earlier(arguments, dialect)?;
     let mut found = lengths_of_program(&job, &text, &request, &Progress::new(false))?;
+    if let Some(called) = &called {
+        found.file.map_lines(|line| called.written(line));
+        found.file.program = called.stamp();
+    }
     if let (true, Some(library)) = (arguments.replan, &library) {
         replan_with_shorter_tools(&job, setup, library, &mut found, &Progress::new(false))?;
     }

@@ -9,6 +9,7 @@ use facemill::rapids::{RapidsRequest, faster_rapids};
 use facemill::z_map::DexelMap;
 use facemill::{CutRequest, Failure, files, read_rest};
 
+use crate::cli::arguments::called_files::{CALLS_IN_PLACE, CalledProgram};
 use crate::cli::arguments::option_lengths::{above_zero, from_zero, stock_tolerance};
 use crate::cli::arguments::program::{ProgramArguments, ProgramOfJob};
 use crate::cli::output::say;
@@ -54,7 +55,12 @@ fn cut_of(arguments: &RapidsArguments, rest: Option<DexelMap>) -> CutRequest {
 pub(crate) fn run(arguments: &RapidsArguments) -> Result<ExitCode, Failure> {
     crate::cli::progress::watch_interrupts().map_err(Failure::Internal)?;
     let program = &arguments.program.program;
-    let ProgramOfJob { job, setup, dialect, text, .. } = arguments.program.read()?.of_one_tool()?;
+    let mut read = arguments.program.read()?.of_one_tool()?;
+    let called = CalledProgram::in_place(&mut read, program)?;
+    let ProgramOfJob { job, setup, dialect, mut text, .. } = read;
+    if called.is_some() {
+        text = CalledProgram::numbered(text, dialect);
+    }
     let rest = arguments.rest.as_ref().map(|path| read_rest(&job, setup, path)).transpose()?;
     let request = RapidsRequest {
         program,
@@ -65,7 +71,11 @@ pub(crate) fn run(arguments: &RapidsArguments) -> Result<ExitCode, Failure> {
         clearance: arguments.clearance_mm,
     };
     files::check_outputs([&arguments.out].into_iter().chain(&arguments.report).map(PathBuf::as_path))?;
-    let made = faster_rapids(&job, &text, &request, &Progress::new(false))?;
+    let mut made = faster_rapids(&job, &text, &request, &Progress::new(false))?;
+    if let Some(called) = &called {
+        made.file.links.iter_mut().flat_map(|link| &mut link.lines).for_each(|line| *line = called.written(*line));
+        made.file.program = called.stamp();
+    }
     let clean = made.verification.verification.faults().next().is_none();
     let mut outputs: Vec<(&Path, Vec<u8>)> = vec![(&arguments.out, made.text)];
     if let Some(report) = &arguments.report {
@@ -76,5 +86,8 @@ pub(crate) fn run(arguments: &RapidsArguments) -> Result<ExitCode, Failure> {
     }
     files::write_each(&outputs)?;
     say(&made.file.table())?;
+    if called.is_some() {
+        say(CALLS_IN_PLACE)?;
+    }
     Ok(if clean { ExitCode::SUCCESS } else { ExitCode::from(1) })
 }

@@ -26,8 +26,32 @@ pub struct ClPathReport {
     pub points_off_surface: usize,
     /// Line of the first of them.
     pub first_line_off_surface: Option<u32>,
+    /// Number of points, of the file and inserted, that are in no pass because they have no
+    /// direction along the surface: the feed is along the normal, or turns back.
+    pub points_without_direction: usize,
+    /// Line of the first of them.
+    pub first_line_without_direction: Option<u32>,
+    /// Number of places where the contact jumps on the cutter, and passes are divided; 0 where axes
+    /// are kept.
+    pub contact_jumps: usize,
+    /// Line of the first of them.
+    pub first_line_contact_jump: Option<u32>,
     /// Number of passes that the cuts became.
     pub passes: usize,
+    /// Length of the tip's way along the cuts of the file.
+    pub length_mm: f64,
+    /// Length of this way that is in passes.
+    pub in_passes_mm: f64,
+    /// Length of this way that is planned, in all places of a pattern together: between the first
+    /// and the last of the file's points in each planned part of a pass.
+    pub planned_mm: f64,
+    /// Largest turn of the file's tool axis from one of its points to the next in a pass.
+    pub largest_turn: FileAngleReport,
+    /// Number of places in passes where this axis jumps: it turns by more than 5 deg, and by more
+    /// than 5 deg per mm of the tip's way. Where axes are kept, the plan has these jumps.
+    pub axis_jumps: usize,
+    /// Line of the first of them.
+    pub first_line_axis_jump: Option<u32>,
     /// Largest distance of the file's cutter in passes above the drive surface with its allowance.
     pub above: FileDistanceReport,
     /// Largest depth of the file's cutter in passes below that surface.
@@ -85,6 +109,19 @@ impl ClPathReport {
             lines.push(format!(
                 "    not on the surface: {n} points, left out as entries, exits or links{}",
                 self.first_line_off_surface.map_or_else(String::new, |line| format!("; the first in line {line}"))
+            ));
+        }
+        lines.push(format!(
+            "    way of the tip: {:.1} mm in cuts, {:.1} mm in passes, {:.1} mm planned",
+            self.length_mm, self.in_passes_mm, self.planned_mm
+        ));
+        if self.axis_jumps > 0 {
+            lines.push(format!(
+                "    THE FILE'S AXIS JUMPS in {} places, by up to {:.2} deg{}{}",
+                self.axis_jumps,
+                self.largest_turn.deg,
+                at(self.largest_turn.line),
+                if self.axes == ClAxesFile::Kept { ": the plan has these turns" } else { "" }
             ));
         }
         lines.extend(self.notes.iter().map(|note| format!("    note: {note}")));
