@@ -10,6 +10,7 @@ use facemill_cc_path::strategies::Region;
 use facemill_cl_data::{Aabb, CcPoint, PlacedSolid};
 use facemill_inverse_kinematics::{AxisKind, BlockLaw, BodyPose, Carrier, Machine};
 use facemill_level_region::{Level, LevelRoom, Standing};
+use facemill_mesh_store::{MeshSharing, SharedMeshes};
 use facemill_nc_program::dialect::RtcpRapids;
 use facemill_nc_program::read::ReadError;
 use facemill_nc_program::{Dialect, PostSettings, ReadProgram, WorkOffset};
@@ -53,6 +54,8 @@ pub struct Job {
     pub files: JobFiles,
     /// Programs of its setups, as far as they are written.
     pub programs: WrittenPrograms,
+    /// Meshes that its setups have in common.
+    pub meshes: SharedMeshes,
 }
 
 /// Programs of a job's setups, as far as they are written: for operations on what those before them
@@ -128,6 +131,12 @@ pub struct SecondHead {
 }
 
 impl Job {
+    /// Lets setups that are read from now on share their meshes, as long as the result is there.
+    /// Mesh files are then read once.
+    pub fn share_meshes(&self) -> MeshSharing {
+        self.meshes.share()
+    }
+
     /// Returns the control's law of motion in the rapids of a program, between the first position
     /// and the move home: the law of its cuts under RTCP with a control that keeps the tip straight
     /// at rapid rate, too, else the machine's law of rapids.
@@ -297,7 +306,7 @@ pub struct SetupLevel {
     /// Whether there is a level above it, which cuts down to this thickness.
     pub is_later: bool,
     /// The whole files of the drive surface of the job.
-    pub part: Surface,
+    pub part: Arc<Surface>,
     /// Files of `part` in their order, with their number of triangles.
     pub part_files: Vec<(FileKey, usize)>,
 }
@@ -312,10 +321,10 @@ pub struct Setup<'a> {
     /// reaches of it, without triangles where that is nothing.
     pub level: Option<SetupLevel>,
     /// Surface that the passes cut, alone: for paths that are projected on it.
-    pub drive: Surface,
+    pub drive: Arc<Surface>,
     /// The whole files of the drive surface, so that normals and curvatures at its border take
     /// account of the surface beyond.
-    pub around_drive: Surface,
+    pub around_drive: Arc<Surface>,
     /// Groups of `around_drive` that form the drive surface.
     pub drive_groups: Vec<String>,
     /// Files of `around_drive` in their order, with their number of triangles.
@@ -325,7 +334,7 @@ pub struct Setup<'a> {
     /// Thickness of the stock on part and check surfaces, mm; 0 if the stock is a solid of its own.
     pub stock_thickness: f64,
     /// The stock, if it is a solid of its own.
-    pub stock_solid: Option<Surface>,
+    pub stock_solid: Option<Arc<Surface>>,
     /// The stock that `stock_thickness` and `stock_solid` are of.
     pub planning_stock: PlanningStock,
     /// The setup's own stock, where these are of another one.
@@ -411,7 +420,7 @@ impl<'a> Setup<'a> {
 
 /// Returns an obstacle as a body on a level, with this much more than its allowance.
 pub(crate) fn standing(obstacle: &ObstacleMesh, margin: f64) -> Standing<'_> {
-    Standing { mesh: &obstacle.mesh, tree: &obstacle.tree, allowance: obstacle.allowance + margin }
+    Standing { mesh: &obstacle.mesh, tree: obstacle.tree(), allowance: obstacle.allowance + margin }
 }
 
 /// Returns the largest deviation of a head's bodies from their planned path, mm. A certificate
