@@ -66,6 +66,17 @@ pub struct WrittenPrograms {
     by_setup: BTreeMap<usize, Option<Arc<KnownProgram>>>,
     /// Bound of the stock that some first programs leave, so that each program cuts it once.
     pub(crate) cut: Arc<Mutex<Option<CutStock>>>,
+    /// Sweeps of some first programs, so that each program is run once for them in a workpiece frame.
+    pub(crate) swept: Arc<Mutex<Vec<SweptProgram>>>,
+}
+
+/// Everything that a program before a setup sweeps.
+#[derive(Clone)]
+pub(crate) struct SweptProgram {
+    /// Digests of the program, and of the setup's workpiece frame.
+    pub(crate) of: [[u8; 32]; 2],
+    /// The sweep; `None` of a program with a fault.
+    pub(crate) sweep: Option<Arc<SweptCutter>>,
 }
 
 /// Program of a setup.
@@ -355,7 +366,7 @@ pub struct Setup<'a> {
     pub extended_regions: Mutex<Vec<Arc<ExtendedRegion>>>,
     /// Everything that the programs before this setup's sweep, once it is needed
     /// ([`swept_before`](crate::setup::left_stock::swept_before)).
-    pub swept_before: OnceLock<Arc<Vec<SweptCutter>>>,
+    pub swept_before: OnceLock<Arc<Vec<Arc<SweptCutter>>>>,
 }
 
 /// Largest distance of a ray's crossings of triangles that have a side or corner in common, mm.
