@@ -8,9 +8,9 @@ use facemill_interference::MeshTree;
 use facemill_surface_model::{Imported, Surface, SurfaceSettings, TriMesh};
 
 /// Most triangles of surfaces, and of meshes with trees, that are held while nothing else has them:
-/// about those of a propeller and its casting in one clamping. More: clampings in turn are read
+/// those of a propeller with its casting in one clamping, at two allowances. More: clampings in turn are read
 /// faster, and take more memory.
-const MOST_TRIANGLES: usize = 1_000_000;
+const MOST_TRIANGLES: usize = 1_500_000;
 
 /// Meshes that are kept as long as they are shared. Clones have the same ones.
 ///
