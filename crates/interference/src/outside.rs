@@ -38,8 +38,8 @@ const FEWEST: usize = 1024;
 /// Cells that triangles may mark before the grid is given up, of which most are marked repeatedly.
 const MOST_MARKS: usize = 1 << 25;
 
-/// Distance by which the cells of a triangle are widened, mm: crossings of half lines are rounded by
-/// far less.
+/// Distance by which the cells of a triangle are widened, mm: crossings of half lines are rounded
+/// by far less.
 const MARGIN: f64 = 1e-6;
 
 impl Outside {

@@ -8,8 +8,8 @@ use facemill_interference::MeshTree;
 use facemill_surface_model::{Imported, Surface, SurfaceSettings, TriMesh};
 
 /// Most triangles of surfaces, and of meshes with trees, that are held while nothing else has them:
-/// those of a propeller with its casting in one clamping, at two allowances. More: clampings in turn are read
-/// faster, and take more memory.
+/// those of a propeller with its casting in one clamping, at two allowances. More: clampings in
+/// turn are read faster, and take more memory.
 const MOST_TRIANGLES: usize = 1_500_000;
 
 /// Meshes that are kept as long as they are shared. Clones have the same ones.
@@ -99,7 +99,7 @@ impl SharedMeshes {
         self.all.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Returns a mesh file, which all of `made_from` determines, as it was read before, or reads it.
+    /// Returns a mesh file as it was read before, or reads it; all of `made_from` determines it.
     ///
     /// # Errors
     /// Those of `read`.

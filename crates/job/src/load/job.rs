@@ -66,7 +66,7 @@ pub struct WrittenPrograms {
     by_setup: BTreeMap<usize, Option<Arc<KnownProgram>>>,
     /// Bound of the stock that some first programs leave, so that each program cuts it once.
     pub(crate) cut: Arc<Mutex<Option<CutStock>>>,
-    /// Sweeps of some first programs, so that each program is run once for them in a workpiece frame.
+    /// Sweeps of some first programs, so that each is run once for them in a workpiece frame.
     pub(crate) swept: Arc<Mutex<Vec<SweptProgram>>>,
 }
 
