@@ -59,6 +59,9 @@ mod pages {
     #[doc = include_str!("../../level-region/README.md")]
     struct LevelRegion;
 
+    #[doc = include_str!("../../mesh-store/README.md")]
+    struct MeshStore;
+
     #[doc = include_str!("../../planner/README.md")]
     struct Planner;
 
@@ -124,6 +127,7 @@ pub use facemill_interference as interference;
 pub use facemill_inverse_kinematics as inverse_kinematics;
 pub use facemill_job as job;
 pub use facemill_level_region as level_region;
+pub use facemill_mesh_store as mesh_store;
 pub use facemill_nc_program as nc_program;
 pub use facemill_nc_rewrite as nc_rewrite;
 pub use facemill_nc_subprograms as nc_subprograms;

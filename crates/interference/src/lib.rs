@@ -44,6 +44,7 @@
 //! |---|---|
 //! | `body` | undilated convex bodies placed in the mesh frame: distance with its gradient, and support points |
 //! | `closed` | closed components of a mesh, and whether a point is inside one |
+//! | `outside` | places that are certainly outside of all closed components |
 //! | `query` | queries of interference and distance, and their answers |
 //! | `mesh_tree` | tree of a mesh: exact verdicts and distances of convex bodies |
 //! | `parry_mesh` | the same queries by the collision library parry3d, as a reference |
@@ -52,6 +53,7 @@
 mod body;
 mod closed;
 mod mesh_tree;
+mod outside;
 mod parry_mesh;
 mod query;
 mod solid_mesh;

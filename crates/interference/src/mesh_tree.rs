@@ -18,6 +18,7 @@ use crate::body::{Body, Placed, for_body};
 use crate::closed::{ClosedParts, Components};
 use crate::mesh_tree::build::{Child, Node, Tree};
 use crate::mesh_tree::lift_search::LiftedSolid;
+use crate::outside::Outside;
 use crate::query::Interference;
 use crate::query::sweep_verdict::{MotionInterval, SweepVerdict, TurnRange};
 use crate::query::verdict::{Separation, Verdict, Witness};
@@ -41,6 +42,8 @@ pub struct MeshTree {
     /// Place in the order of the leaves of the mesh's triangles.
     place: Vec<u32>,
     pub(crate) closed: ClosedParts,
+    /// Places that are in none of them.
+    outside: Outside,
     /// The vector instructions that the processor has.
     pub(crate) arch: Arch,
 }
@@ -54,7 +57,7 @@ pub(crate) const TOUCH: f64 = 1e-10;
 pub(crate) const STACK: usize = 96;
 
 impl MeshTree {
-    /// The tree of a mesh; some 2 µs and 150 bytes per triangle.
+    /// The tree of a mesh; some 2 µs and 150 bytes per triangle, up to 300 KB more if it is closed.
     pub fn new(mesh: &TriMesh) -> Self {
         let (tree, components) = rayon::join(|| Tree::build(mesh), || Components::of(mesh));
         let Tree { nodes, order: triangles, corners } = tree;
@@ -63,7 +66,8 @@ impl MeshTree {
             place[t as usize] = k as u32;
         }
         let closed = components.ordered(&triangles);
-        Self { nodes, corners, closed, triangles, place, arch: Arch::new() }
+        let outside = Outside::of(if closed.is_empty() { &[] } else { &corners });
+        Self { nodes, corners, closed, outside, triangles, place, arch: Arch::new() }
     }
 
     /// Number of the mesh's components that are closed, so that a body can be inside them.
@@ -227,6 +231,9 @@ impl MeshTree {
             return None;
         }
         let origin = mesh_from_solid * solid.interior_point();
+        if self.outside.holds(&origin) {
+            return None;
+        }
         let candidates = self.along_ray(&origin, along);
         let (place, point) = self.closed.way_out(candidates, &self.corners, &origin, along)?;
         Some(Witness { triangle: self.triangles[place], point })

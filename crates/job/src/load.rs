@@ -28,11 +28,11 @@ use facemill_cl_data::CuttingLaw;
 use facemill_file_format::{from_json, to_json};
 use facemill_inverse_kinematics::Machine;
 use facemill_level_region::{Level, LevelPlane};
+use facemill_mesh_store::SharedMeshes;
 use facemill_nc_program::dialect::LAST_PROGRAM_NUMBER;
 use facemill_nc_program::{AxisLetter, AxisWords, FeedMode, WorkOffset};
 use facemill_surface_model::{Group, Surface, SurfaceSettings, TriMesh};
 use facemill_tool_model::ToolAssembly;
-use nalgebra::Isometry3;
 
 use crate::failure::Failure;
 use crate::files;
@@ -49,7 +49,7 @@ use crate::load::machine_load::read_machine_of;
 use crate::load::made_from::{ReadInput, all_inputs_of};
 use crate::load::mesh_files::{FileKey, MeshFiles};
 use crate::load::obstacle_meshes::{
-    ObstacleRole, Selection, joined_obstacles, matches_pattern, obstacle, only, select_also, selected_groups,
+    ObstacleRole, Selection, joined_obstacles, matches_pattern, only, select_also, selected_groups, shared_obstacle,
     table_bodies,
 };
 use crate::load::part_size::unit_inside;
@@ -81,21 +81,15 @@ pub fn work_offset(register: &str) -> Option<WorkOffset> {
     (1..=WorkOffset::MAX).filter_map(WorkOffset::new).find(|w| w.to_string() == register)
 }
 
-/// Returns the joined mesh of all files with a drive surface, the names of the groups of the drive
-/// surface, and the files with their numbers of triangles.
-pub(crate) fn around_drive(
-    file: &SetupFile,
-    files: &MeshFiles<'_>,
-    work_from_part: &Isometry3<f64>,
-) -> (TriMesh, Vec<String>, Vec<(FileKey, usize)>) {
-    let mut around = TriMesh::default();
+/// Returns the names of the groups of the drive surface, and the files with a drive surface with
+/// their numbers of triangles.
+pub(crate) fn around_drive(file: &SetupFile, files: &MeshFiles<'_>) -> (Vec<String>, Vec<(FileKey, usize)>) {
     let mut names = Vec::new();
     let mut seen: Vec<(FileKey, usize)> = Vec::new();
     for entry in file.meshes.iter().filter(|m| m.role == RoleFile::Drive) {
         let key = FileKey::from(entry);
         let Some(imported) = files.read.get(&key) else { continue };
         if !seen.iter().any(|(known, _)| *known == key) {
-            around = around.joined(&imported.mesh.transformed(work_from_part));
             seen.push((key, imported.mesh.triangles().len()));
         }
         let drives = |g: &&Group| {
@@ -105,7 +99,7 @@ pub(crate) fn around_drive(
     }
     names.sort_unstable();
     names.dedup();
-    (around, names, seen)
+    (names, seen)
 }
 
 /// Returns the mesh files that a job names.
@@ -278,6 +272,7 @@ impl Job {
             settings: Vec::new(),
             files,
             programs: WrittenPrograms::default(),
+            meshes: SharedMeshes::default(),
         })
     }
 }
@@ -291,7 +286,7 @@ impl<'a> Setup<'a> {
         let file = &job.file.setups[index];
         let work_from_part = pose(&file.work_from_part);
         let mut read_files = MeshFiles::of(job);
-        let mut drive: Option<TriMesh> = None;
+        let mut drive: Vec<(FileKey, Vec<bool>)> = Vec::new();
         let mut selections: Vec<Selection> = Vec::new();
         for (k, entry) in file.meshes.iter().enumerate() {
             let at = format!("{}.meshes[{k}]", job.setup_key(index));
@@ -299,11 +294,7 @@ impl<'a> Setup<'a> {
             let mesh = &read_files.get(&file)?.mesh;
             let selected = selected_groups(job, &at, entry, mesh)?;
             if entry.role == RoleFile::Drive {
-                let mesh = only(mesh, &selected).transformed(&work_from_part);
-                drive = Some(match drive {
-                    Some(before) => before.joined(&mesh),
-                    None => mesh,
-                });
+                drive.push((file.clone(), selected.clone()));
             }
             let role = match entry.role {
                 RoleFile::Drive | RoleFile::Part => ObstacleRole::Part,
@@ -312,19 +303,36 @@ impl<'a> Setup<'a> {
             };
             select_also(&mut selections, Selection { role, allowance: entry.allowance_mm, file, groups: selected });
         }
-        let drive = drive.ok_or_else(|| job.wrong(format!("{}.meshes: no drive surface", job.setup_key(index))))?;
-        let (around_drive, drive_groups, drive_files) = around_drive(file, &read_files, &work_from_part);
-        let mut obstacles = joined_obstacles(&selections, &read_files, &work_from_part);
+        if drive.is_empty() {
+            return Err(job.wrong(format!("{}.meshes: no drive surface", job.setup_key(index))));
+        }
+        let selected = |(file, groups): &(FileKey, Vec<bool>)| only(&read_files.read[file].mesh, groups);
+        let joined = |meshes: &mut dyn Iterator<Item = TriMesh>| {
+            let placed = meshes.map(|mesh| mesh.transformed(&work_from_part));
+            placed.reduce(|all, mesh| all.joined(&mesh)).unwrap_or_default()
+        };
+        let (drive_groups, drive_files) = around_drive(file, &read_files);
+        let whole = |(file, _): &(FileKey, usize)| read_files.read[file].mesh.clone();
+        let whole = || joined(&mut drive_files.iter().map(whole));
+        let around_drive = job.meshes.surface(&(&drive_files, &work_from_part), whole);
+        let selected = || joined(&mut drive.iter().map(selected));
+        let drive = job.meshes.surface(&(&drive, &work_from_part), selected);
+        let mut obstacles = joined_obstacles(job, &selections, &read_files, &work_from_part);
         let mut stock_solid = None;
         let stock_thickness = match &file.stock {
             StockFile::Offset(offset) => offset.allowance_mm,
             solid => {
-                let mesh = match solid {
-                    StockFile::Mesh(m) => read_files.get(&FileKey::from(m))?.mesh.transformed(&work_from_part),
+                if let StockFile::Mesh(m) = solid {
+                    read_files.get(&FileKey::from(m))?;
+                }
+                let mesh = || match solid {
+                    StockFile::Mesh(m) => read_files.read[&FileKey::from(m)].mesh.transformed(&work_from_part),
                     other => stock_mesh(other),
                 };
-                stock_solid = Some(Surface::new(mesh.clone(), SurfaceSettings::default()));
-                obstacles.push(obstacle(ObstacleRole::Stock, 0.0, "stock".to_owned(), mesh));
+                let made_from = (to_json(solid), &work_from_part);
+                stock_solid = Some(job.meshes.surface(&made_from, mesh));
+                let shape = job.meshes.obstacle(&made_from, mesh);
+                obstacles.push(shared_obstacle(ObstacleRole::Stock, 0.0, "stock".to_owned(), shape));
                 0.0
             }
         };
@@ -341,8 +349,8 @@ impl<'a> Setup<'a> {
             index,
             file,
             level: None,
-            drive: Surface::new(drive, SurfaceSettings::default()),
-            around_drive: Surface::new(around_drive, SurfaceSettings::default()),
+            drive,
+            around_drive,
             drive_groups,
             left_regions: Mutex::default(),
             extended_regions: Mutex::default(),
@@ -384,8 +392,8 @@ impl<'a> Setup<'a> {
         let drive = level.reach().swept_mesh();
         let depth = levels.from_mm.map_or(levels.depth_mm, |from| from - levels.to_mm);
         self.drive_groups = drive.groups().iter().map(|group| group.name.clone()).collect();
-        self.drive = Surface::new(drive.clone(), SurfaceSettings::default());
-        let part = std::mem::replace(&mut self.around_drive, Surface::new(drive, SurfaceSettings::default()));
+        self.drive = Arc::new(Surface::new(drive, SurfaceSettings::default()));
+        let part = std::mem::replace(&mut self.around_drive, self.drive.clone());
         let part_files = std::mem::take(&mut self.drive_files);
         self.drive_allowance = 0.0;
         self.level = Some(SetupLevel { level, passes, margin, depth, is_later: levels.is_later, part, part_files });

@@ -97,6 +97,7 @@ fn planned_setups<'j, T>(
         return Err(job.wrong("the distance of the stock's lines must be a length above 0 mm"));
     }
     setups.clone().try_for_each(|k| check_before(job, k))?;
+    let _sharing = job.share_meshes();
     let mut all: Vec<PlannedOrEmpty<T>> = Vec::new();
     let mut programs = job.programs.clone();
     let first = setups.start;

@@ -46,7 +46,7 @@ pub(crate) fn end_clearances(
                         let hint: &mut Option<u32> = &mut hints[pair];
                         pair += 1;
                         let at_most = nearest.unwrap_or(FARTHEST);
-                        let found = obstacle.tree.core_distance(&solid, &work_from_solid, at_most, *hint);
+                        let found = obstacle.tree().core_distance(&solid, &work_from_solid, at_most, *hint);
                         if let Some(found) = found {
                             nearest = Some(found.distance.min(at_most));
                             *hint = Some(found.triangle);

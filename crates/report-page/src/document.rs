@@ -283,7 +283,7 @@ impl PageScene<'_> {
         let setup = self.scene.setup;
         let own;
         let surface = if has_same_triangles(&part.full, setup.around_drive.mesh()) {
-            &setup.around_drive
+            &*setup.around_drive
         } else {
             own = Surface::new(part.full.clone(), SurfaceSettings::default());
             &own

@@ -8,10 +8,13 @@ pub(crate) mod ray;
 pub(crate) mod sections;
 pub(crate) mod tree;
 
+use std::sync::OnceLock;
+
 use facemill_cl_data::Aabb;
 use nalgebra::{Point3, Unit, Vector3};
 
 use crate::mesh::edges::Edges;
+use crate::mesh::orientation::Orientation;
 use crate::mesh::topology::{Component, Topology};
 use crate::mesh::tri_mesh::TriMesh;
 use crate::mesh::triangle::closest_on_triangle;
@@ -41,17 +44,20 @@ impl Default for SurfaceSettings {
 /// Triangles without area (height below 1e-12 of the longest side) carry no point of the surface:
 /// no query returns them. Triangle indices are those of the mesh; methods that take one panic when
 /// it is out of range, as a slice does.
+///
+/// Edges, components, boxes, normals and curvatures are each computed when they are first needed,
+/// some µs per triangle together: of stock that is cut before, hardly anything is.
 #[derive(Clone, Debug)]
 pub struct Surface {
     pub(crate) mesh: TriMesh,
     settings: SurfaceSettings,
-    edges: Edges,
-    topology: Topology,
-    tree: Tree,
-    facets: Vec<Option<Unit<Vector3<f64>>>>,
-    smooth_of_corner: Vec<u32>,
-    smooth_normals: Vec<Option<Unit<Vector3<f64>>>>,
-    curvatures: Vec<Option<VertexCurvature>>,
+    edges: OnceLock<Edges>,
+    topology: OnceLock<Topology>,
+    tree: OnceLock<Tree>,
+    facets: OnceLock<Vec<Option<Unit<Vector3<f64>>>>>,
+    smooth: OnceLock<SmoothVertices>,
+    curvatures: OnceLock<Vec<Option<VertexCurvature>>>,
+    orientation: OnceLock<Orientation>,
 }
 
 /// A point of a mesh.
@@ -68,32 +74,30 @@ pub struct SurfacePoint {
 }
 
 impl Surface {
-    /// Prepares a mesh: edges, components, normals, curvatures and boxes; some µs per triangle.
+    /// Takes a mesh as a surface.
     #[must_use]
     pub fn new(mesh: TriMesh, settings: SurfaceSettings) -> Self {
-        let edges = Edges::of(&mesh);
-        let topology = Topology::of(&mesh, &edges);
-        let facets = facet_normals(&mesh);
-        let boxes: Vec<Aabb> = facets
-            .iter()
-            .enumerate()
-            .map(|(t, n)| if n.is_some() { Aabb::of_points(&mesh.corners(t)) } else { Aabb::EMPTY })
-            .collect();
-        let smooth = SmoothVertices::of(&mesh, &edges, &facets, settings.crease_angle);
-        let curvatures = vertex_curvatures(&mesh, &facets, &smooth);
-        let tree = Tree::build(&boxes);
-        let SmoothVertices { of_corner, normals } = smooth;
-        Self {
-            mesh,
-            settings,
-            edges,
-            topology,
-            tree,
-            facets,
-            smooth_of_corner: of_corner,
-            smooth_normals: normals,
-            curvatures,
-        }
+        let (edges, topology, tree, facets) = Default::default();
+        let (smooth, curvatures, orientation) = Default::default();
+        Self { mesh, settings, edges, topology, tree, facets, smooth, curvatures, orientation }
+    }
+
+    fn facets(&self) -> &[Option<Unit<Vector3<f64>>>] {
+        self.facets.get_or_init(|| facet_normals(&self.mesh))
+    }
+
+    fn smooth(&self) -> &SmoothVertices {
+        let crease_angle = self.settings.crease_angle;
+        self.smooth.get_or_init(|| SmoothVertices::of(&self.mesh, self.edges(), self.facets(), crease_angle))
+    }
+
+    fn curvatures(&self) -> &[Option<VertexCurvature>] {
+        self.curvatures.get_or_init(|| vertex_curvatures(&self.mesh, self.facets(), self.smooth()))
+    }
+
+    /// Returns the pieces of the mesh and how they are wound, as [`Orientation::of`] finds them.
+    pub fn orientation(&self) -> &Orientation {
+        self.orientation.get_or_init(|| Orientation::of(&self.mesh))
     }
 
     /// Returns the triangles, as given.
@@ -108,27 +112,35 @@ impl Surface {
 
     /// Returns the edges, with the sides that meet in each.
     pub fn edges(&self) -> &Edges {
-        &self.edges
+        self.edges.get_or_init(|| Edges::of(&self.mesh))
     }
 
     /// Returns components and the state of the edges.
     pub fn topology(&self) -> &Topology {
-        &self.topology
+        self.topology.get_or_init(|| Topology::of(&self.mesh, self.edges()))
     }
 
     /// Returns the component of a triangle.
     pub fn component(&self, triangle: u32) -> &Component {
-        &self.topology.components[self.topology.component_of[triangle as usize] as usize]
+        let topology = self.topology();
+        &topology.components[topology.component_of[triangle as usize] as usize]
     }
 
     /// Returns the hierarchy over the triangles' boxes; its items are triangle indices.
     pub fn tree(&self) -> &Tree {
-        &self.tree
+        self.tree.get_or_init(|| {
+            let of_facet = |(t, normal): (usize, &Option<_>)| match normal {
+                Some(_) => Aabb::of_points(&self.mesh.corners(t)),
+                None => Aabb::EMPTY,
+            };
+            let boxes: Vec<Aabb> = self.facets().iter().enumerate().map(of_facet).collect();
+            Tree::build(&boxes)
+        })
     }
 
     /// Returns the smallest box around all triangles that have an area.
     pub fn aabb(&self) -> Aabb {
-        self.tree.aabb()
+        self.tree().aabb()
     }
 
     /// Returns the point of the surface nearest to `p` within `max_distance` (mm, `f64::INFINITY`
@@ -154,7 +166,7 @@ impl Surface {
             let b = closest_on_triangle(p, &self.mesh.corners(t as usize));
             (self.at(t, b) - p).norm_squared()
         };
-        let (triangle, _) = self.tree.nearest(
+        let (triangle, _) = self.tree().nearest(
             max_distance * max_distance,
             |b| b.distance_sq(p),
             |t, _| keep(t).then(|| distance_sq(t)),
@@ -182,7 +194,7 @@ impl Surface {
 
     /// Returns the unit normal of a facet, out of the material; `None` for a triangle without area.
     pub fn facet_normal(&self, triangle: u32) -> Option<Unit<Vector3<f64>>> {
-        self.facets[triangle as usize]
+        self.facets()[triangle as usize]
     }
 
     /// Returns the unit normal of the smooth surface, out of the material: the corners' normals,
@@ -193,7 +205,7 @@ impl Surface {
     /// own counts; for a triangle without area, which no query returns, the mean of the available
     /// normals, or +Z without any.
     pub fn normal_at(&self, point: &SurfacePoint) -> Unit<Vector3<f64>> {
-        let facet = self.facets[point.triangle as usize];
+        let facet = self.facets()[point.triangle as usize];
         let mut sum = Vector3::zeros();
         for (k, &weight) in point.barycentric.iter().enumerate() {
             if let Some(n) = self.corner_normal(point.triangle, k).or(facet) {
@@ -207,7 +219,8 @@ impl Surface {
     /// Returns the smooth normal at a corner of a triangle (k = 0, 1, 2), on the triangle's side of
     /// any crease; `None` where the facets around it cancel.
     pub fn corner_normal(&self, triangle: u32, k: usize) -> Option<Unit<Vector3<f64>>> {
-        self.smooth_normals[self.smooth_of_corner[3 * triangle as usize + k] as usize]
+        let smooth = self.smooth();
+        smooth.normals[smooth.of_corner[3 * triangle as usize + k] as usize]
     }
 
     /// Returns the estimated curvature of the smooth surface; see [`CurvatureTensor`].
@@ -216,10 +229,11 @@ impl Surface {
     /// have no area.
     pub fn curvature_at(&self, point: &SurfacePoint) -> Option<CurvatureTensor> {
         let normal = self.normal_at(point);
+        let (smooth, curvatures) = (self.smooth(), self.curvatures());
         let mut parts = [(0.0, None); 3];
         for (k, part) in parts.iter_mut().enumerate() {
-            let smooth = self.smooth_of_corner[3 * point.triangle as usize + k] as usize;
-            *part = (point.barycentric[k], self.curvatures[smooth].as_ref());
+            let vertex = smooth.of_corner[3 * point.triangle as usize + k] as usize;
+            *part = (point.barycentric[k], curvatures[vertex].as_ref());
         }
         CurvatureTensor::blend(normal, &parts)
     }

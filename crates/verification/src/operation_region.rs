@@ -71,7 +71,7 @@ impl<'a> OperationRegion<'a> {
     /// # Errors
     /// If the region holds no facet, or names an unknown group.
     pub fn region<'s>(&'s self, job: &Job, setup: &'s Setup<'_>) -> Result<RequestedRegion<'s>, Failure> {
-        self.region_on(job, setup, (&setup.around_drive, &self.region))
+        self.region_on(job, setup, (&*setup.around_drive, &self.region))
     }
 
     /// Returns the region that passes lie in: the region on the drive surface, with the surface

@@ -182,7 +182,7 @@ fn requested_regions<'a>(job: &'a Job, setup: &Setup<'a>) -> Result<Vec<Operatio
 struct Sweeps {
     sweeps: Vec<SweptCutter>,
     /// Those of the programs before.
-    before: Arc<Vec<SweptCutter>>,
+    before: Arc<Vec<Arc<SweptCutter>>>,
     /// Radius of the largest cutter, mm.
     reach: f64,
 }
@@ -190,7 +190,7 @@ struct Sweeps {
 impl Sweeps {
     fn of((job, setup): (&Job, &Setup<'_>), program: &ReadProgram, heads: &[RunningHead<'_>]) -> Result<Self, Failure> {
         let before = swept_before(job, setup)?;
-        let radii = heads.iter().map(|h| h.at.tool.cutter().radius()).chain(before.iter().map(SweptCutter::radius));
+        let radii = heads.iter().map(|h| h.at.tool.cutter().radius()).chain(before.iter().map(|sweep| sweep.radius()));
         let reach = radii.fold(0.0, f64::max);
         let sweep = |h: &RunningHead<'_>| swept_by_cuts(program, h.at, h.settings, MOTION_TOLERANCE, &Silent);
         let sweeps = heads.iter().map(sweep).collect::<Result<_, _>>().map_err(not_verified)?;
@@ -234,7 +234,7 @@ fn measured(
 }
 
 /// Lowers the stock on samples to what the programs before leave of it.
-fn cut_before(before: &[SweptCutter], of: &mut [Sampled]) -> Result<(), Failure> {
+fn cut_before(before: &[Arc<SweptCutter>], of: &mut [Sampled]) -> Result<(), Failure> {
     if before.is_empty() {
         return Ok(());
     }
@@ -335,7 +335,7 @@ fn level_areas(setup: &Setup<'_>, sweeps: &Sweeps, left: &RemainingOnRegion) -> 
     };
     let mut places: Vec<SurfacePlace> = level.reach().middles().map(on).collect();
     if !sweeps.before.is_empty() {
-        let heights = left_heights(&sweeps.before, &places, &Silent).map_err(|_| Failure::Interrupted)?;
+        let heights = left_heights(sweeps.before.as_slice(), &places, &Silent).map_err(|_| Failure::Interrupted)?;
         places.iter_mut().zip(heights).for_each(|(place, left)| place.stock = left.height);
     }
     let (reach, limit) = (level.reach(), left.limit_mm);

@@ -363,8 +363,7 @@ impl LinkStage<'_, '_> {
 }
 
 fn is_proven(scene: &RunScene<'_>, m: &Move) -> bool {
-    let proof = Prover::new(scene, m).map(|mut prover| prover.prove());
-    proof.is_some_and(|p| p.depth.is_some() && p.bodies_clear)
+    Prover::new(scene, m).is_some_and(|mut prover| prover.is_proven())
 }
 
 impl CutStock<'_> {

@@ -5,6 +5,8 @@ mod leaf;
 pub(crate) mod place;
 mod tree;
 
+use std::borrow::Borrow;
+
 use facemill_cl_data::{Cancelled, Monitor};
 use facemill_tool_model::Cutter;
 use rayon::prelude::*;
@@ -23,7 +25,7 @@ const PLACES_PER_CHUNK: usize = 128;
 /// # Errors
 /// When the monitor cancels.
 pub fn left_heights(
-    sweeps: &[SweptCutter],
+    sweeps: &[impl Borrow<SweptCutter> + Sync],
     places: &[SurfacePlace],
     monitor: &dyn Monitor,
 ) -> Result<Vec<LeftHeight>, Cancelled> {
@@ -33,7 +35,7 @@ pub fn left_heights(
         let lowest = |place: &SurfacePlace| {
             let mut lowest = LeftHeight { height: place.stock, cut_by: None };
             for (sweep, guess) in sweeps.iter().zip(&mut guesses) {
-                let (found, by) = sweep.left_after(place, *guess);
+                let (found, by) = sweep.borrow().left_after(place, *guess);
                 *guess = by.or(*guess);
                 if found.cut_by.is_some() && (lowest.cut_by.is_none() || found.height < lowest.height) {
                     lowest = found;

@@ -8,7 +8,7 @@ mod section;
 use std::cell::Cell;
 
 use facemill_cl_data::{Aabb, CcPoint};
-use facemill_surface_model::Tree;
+use facemill_surface_model::{Below, NodeId, Tree};
 
 use crate::cusp::cut_point::{CutPoint, Strip};
 use crate::cusp::neighbours::ends::{BesideEnd, continued};
@@ -41,6 +41,8 @@ pub struct Neighbours {
     passes: Vec<CutPass>,
     /// Pass of each segment, and the number of its first point.
     segments: Vec<[u32; 2]>,
+    /// Box of each segment.
+    boxes: Vec<Aabb>,
     tree: Tree,
     /// Pass of each end, and whether it is the first point.
     ends: Vec<(u32, bool)>,
@@ -143,7 +145,8 @@ impl Neighbours {
             points[if is_first { 0 } else { points.len() - 1 }].cc.position
         };
         let end_boxes: Vec<Aabb> = ends.iter().map(|end| Aabb::of_points([&place(end)])).collect();
-        Self { tree: Tree::build(&boxes), end_tree: Tree::build(&end_boxes), passes, segments, ends, reach }
+        let (tree, end_tree) = (Tree::build(&boxes), Tree::build(&end_boxes));
+        Self { tree, end_tree, passes, segments, boxes, ends, reach }
     }
 
     /// Returns the passes as they were given.
@@ -174,11 +177,7 @@ impl Neighbours {
     fn find(&self, own: &CutPoint, at: Option<OwnPlace>) -> Beside {
         let mut found = NearestCrossings::default();
         let farthest = Cell::new(self.reach.far);
-        let enter = |b: &Aabb| {
-            plane_distance(&own.cc, b) <= SAME_POINT
-                && b.distance_sq(&own.cc.position) <= farthest.get() * farthest.get()
-        };
-        self.tree.visit_boxes(enter, |k| {
+        self.visit_crossing(&own.cc, &farthest, |k| {
             let [pass, segment] = self.segments[k as usize].map(|n| n as usize);
             let is_own = at.filter(|at| at.pass == pass);
             // The segments at the point itself cross the plane there.
@@ -197,6 +196,32 @@ impl Neighbours {
         });
         found.take_ends(&self.ends_beside(own, at, farthest.get()));
         found.beside()
+    }
+
+    /// Calls `visit` with the segments whose boxes the plane across a feed meets no farther than
+    /// `farthest` from its point, which `visit` makes less: the nearer parts of the tree first.
+    fn visit_crossing(&self, cc: &CcPoint, farthest: &Cell<f64>, mut visit: impl FnMut(u32)) {
+        let met = |b: &Aabb| (plane_distance(cc, b) <= SAME_POINT).then(|| b.distance_sq(&cc.position));
+        let is_near = |distance_sq: f64| distance_sq <= farthest.get() * farthest.get();
+        let of_node = |node: NodeId| met(self.tree.node_aabb(node)).map(|distance_sq| (node, distance_sq));
+        let mut pending: Vec<(NodeId, f64)> = self.tree.root().and_then(of_node).into_iter().collect();
+        while let Some((node, distance_sq)) = pending.pop() {
+            if !is_near(distance_sq) {
+                continue;
+            }
+            match self.tree.below(node) {
+                Below::Nodes(a, b) => {
+                    let (a, b) = (of_node(a), of_node(b));
+                    let is_b_nearer = matches!((a, b), (Some((_, to_a)), Some((_, to_b))) if to_b < to_a);
+                    let nearer_last = if is_b_nearer { [a, b] } else { [b, a] };
+                    pending.extend(nearer_last.into_iter().flatten());
+                }
+                Below::Items(segments) => {
+                    let near = segments.iter().filter(|&&k| met(&self.boxes[k as usize]).is_some_and(is_near));
+                    near.for_each(|&k| visit(k));
+                }
+            }
+        }
     }
 
     /// Passes that end beside a point, within a distance.

@@ -10,6 +10,7 @@ use facemill_cc_path::strategies::Region;
 use facemill_cl_data::{Aabb, CcPoint, PlacedSolid};
 use facemill_inverse_kinematics::{AxisKind, BlockLaw, BodyPose, Carrier, Machine};
 use facemill_level_region::{Level, LevelRoom, Standing};
+use facemill_mesh_store::{MeshSharing, SharedMeshes};
 use facemill_nc_program::dialect::RtcpRapids;
 use facemill_nc_program::read::ReadError;
 use facemill_nc_program::{Dialect, PostSettings, ReadProgram, WorkOffset};
@@ -53,6 +54,8 @@ pub struct Job {
     pub files: JobFiles,
     /// Programs of its setups, as far as they are written.
     pub programs: WrittenPrograms,
+    /// Meshes that its setups have in common.
+    pub meshes: SharedMeshes,
 }
 
 /// Programs of a job's setups, as far as they are written: for operations on what those before them
@@ -63,6 +66,17 @@ pub struct WrittenPrograms {
     by_setup: BTreeMap<usize, Option<Arc<KnownProgram>>>,
     /// Bound of the stock that some first programs leave, so that each program cuts it once.
     pub(crate) cut: Arc<Mutex<Option<CutStock>>>,
+    /// Sweeps of some first programs, so that each is run once for them in a workpiece frame.
+    pub(crate) swept: Arc<Mutex<Vec<SweptProgram>>>,
+}
+
+/// Everything that a program before a setup sweeps.
+#[derive(Clone)]
+pub(crate) struct SweptProgram {
+    /// Digests of the program, and of the setup's workpiece frame.
+    pub(crate) of: [[u8; 32]; 2],
+    /// The sweep; `None` of a program with a fault.
+    pub(crate) sweep: Option<Arc<SweptCutter>>,
 }
 
 /// Program of a setup.
@@ -128,6 +142,12 @@ pub struct SecondHead {
 }
 
 impl Job {
+    /// Lets setups that are read from now on share their meshes, as long as the result is there.
+    /// Mesh files are then read once.
+    pub fn share_meshes(&self) -> MeshSharing {
+        self.meshes.share()
+    }
+
     /// Returns the control's law of motion in the rapids of a program, between the first position
     /// and the move home: the law of its cuts under RTCP with a control that keeps the tip straight
     /// at rapid rate, too, else the machine's law of rapids.
@@ -297,7 +317,7 @@ pub struct SetupLevel {
     /// Whether there is a level above it, which cuts down to this thickness.
     pub is_later: bool,
     /// The whole files of the drive surface of the job.
-    pub part: Surface,
+    pub part: Arc<Surface>,
     /// Files of `part` in their order, with their number of triangles.
     pub part_files: Vec<(FileKey, usize)>,
 }
@@ -312,10 +332,10 @@ pub struct Setup<'a> {
     /// reaches of it, without triangles where that is nothing.
     pub level: Option<SetupLevel>,
     /// Surface that the passes cut, alone: for paths that are projected on it.
-    pub drive: Surface,
+    pub drive: Arc<Surface>,
     /// The whole files of the drive surface, so that normals and curvatures at its border take
     /// account of the surface beyond.
-    pub around_drive: Surface,
+    pub around_drive: Arc<Surface>,
     /// Groups of `around_drive` that form the drive surface.
     pub drive_groups: Vec<String>,
     /// Files of `around_drive` in their order, with their number of triangles.
@@ -325,7 +345,7 @@ pub struct Setup<'a> {
     /// Thickness of the stock on part and check surfaces, mm; 0 if the stock is a solid of its own.
     pub stock_thickness: f64,
     /// The stock, if it is a solid of its own.
-    pub stock_solid: Option<Surface>,
+    pub stock_solid: Option<Arc<Surface>>,
     /// The stock that `stock_thickness` and `stock_solid` are of.
     pub planning_stock: PlanningStock,
     /// The setup's own stock, where these are of another one.
@@ -346,7 +366,7 @@ pub struct Setup<'a> {
     pub extended_regions: Mutex<Vec<Arc<ExtendedRegion>>>,
     /// Everything that the programs before this setup's sweep, once it is needed
     /// ([`swept_before`](crate::setup::left_stock::swept_before)).
-    pub swept_before: OnceLock<Arc<Vec<SweptCutter>>>,
+    pub swept_before: OnceLock<Arc<Vec<Arc<SweptCutter>>>>,
 }
 
 /// Largest distance of a ray's crossings of triangles that have a side or corner in common, mm.
@@ -411,7 +431,7 @@ impl<'a> Setup<'a> {
 
 /// Returns an obstacle as a body on a level, with this much more than its allowance.
 pub(crate) fn standing(obstacle: &ObstacleMesh, margin: f64) -> Standing<'_> {
-    Standing { mesh: &obstacle.mesh, tree: &obstacle.tree, allowance: obstacle.allowance + margin }
+    Standing { mesh: &obstacle.mesh, tree: obstacle.tree(), allowance: obstacle.allowance + margin }
 }
 
 /// Returns the largest deviation of a head's bodies from their planned path, mm. A certificate

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::path::Path;
+use std::sync::Arc;
 
 use facemill_surface_model::{ImportSettings, Imported, LengthUnit, MeshFormat, UpAxis, import_mesh};
 use nalgebra::Point3;
@@ -48,7 +49,7 @@ impl From<&MeshStockFile> for FileKey {
 pub struct MeshFiles<'a> {
     job: &'a Job,
     /// Meshes that have been read.
-    pub read: BTreeMap<FileKey, Imported>,
+    pub read: BTreeMap<FileKey, Arc<Imported>>,
 }
 
 impl<'a> MeshFiles<'a> {
@@ -60,18 +61,18 @@ impl<'a> MeshFiles<'a> {
     /// Returns the mesh of a file, reversed if the job says so.
     pub fn get(&mut self, key: &FileKey) -> Result<&Imported, Failure> {
         if !self.read.contains_key(key) {
-            let mut imported = read_mesh_of(&self.job.files, &self.job.beside(&key.name), key.unit, key.up)?;
-            if key.reverse_winding {
-                imported = reversed(imported);
-            }
-            self.read.insert(key.clone(), imported);
+            let read = || -> Result<Imported, Failure> {
+                let imported = read_mesh_of(&self.job.files, &self.job.beside(&key.name), key.unit, key.up)?;
+                Ok(if key.reverse_winding { reversed(imported) } else { imported })
+            };
+            self.read.insert(key.clone(), self.job.meshes.file(key, read)?);
         }
-        Ok(&self.read[key])
+        Ok(&*self.read[key])
     }
 
     /// Returns the reports on the files, with the units and axes assumed.
     pub fn reports(&self) -> Vec<MeshReport> {
-        let report = |(key, read): (&FileKey, &Imported)| {
+        let report = |(key, read): (&FileKey, &Arc<Imported>)| {
             let format = MeshFormat::from_extension(Path::new(&key.name).extension()?.to_str()?)?;
             let settings = import_settings(format, key.unit, key.up);
             Some(MeshReport {

@@ -1,6 +1,6 @@
 //! Check that the mesh files of a setup are wound outward.
 
-use facemill_surface_model::{Orientation, Surface, Winding};
+use facemill_surface_model::{Surface, Winding};
 use facemill_tool_model::ToolAssembly;
 use nalgebra::{Point3, Unit, UnitQuaternion, Vector3};
 
@@ -95,7 +95,7 @@ fn entries(setup: &Setup<'_>, key: &FileKey, at: &str) -> String {
 }
 
 fn windings(surface: &Surface, files: &[(FileKey, usize)], room: ToolRoom) -> Vec<FileWinding> {
-    let found = Orientation::of(surface.mesh());
+    let found = surface.orientation();
     let mut of_piece = vec![Vec::new(); found.pieces.len()];
     found.piece_of.iter().enumerate().for_each(|(t, &k)| of_piece[k as usize].push(t));
     let new = |(_, n): &(FileKey, usize)| FileWinding { n_triangles: *n, ..FileWinding::default() };

@@ -1,9 +1,13 @@
 //! Meshes that must not be cut or hit, from the groups to which a job gives a role.
 
+use std::ops::Deref;
+use std::sync::Arc;
+
 use facemill_cl_data::{RoundBox, Solid};
 use facemill_cutter_location::Pieces;
-use facemill_interference::{Interference, MeshTree};
+use facemill_interference::Interference;
 use facemill_inverse_kinematics::Machine;
+use facemill_mesh_store::TreeMesh;
 use facemill_surface_model::{Group, TriMesh};
 use nalgebra::{Isometry3, Point3, Translation3, Vector3};
 
@@ -18,10 +22,8 @@ pub struct ObstacleMesh {
     pub name: String,
     /// Its role.
     pub role: ObstacleRole,
-    /// The mesh.
-    pub mesh: TriMesh,
-    /// Its hierarchy.
-    pub tree: MeshTree,
+    /// The mesh with its hierarchy, which other setups may have, too.
+    pub shape: Arc<TreeMesh>,
     /// Material that the cutter must leave on it, mm.
     pub allowance: f64,
     /// File and group of each group of the mesh, if it is from the job's files.
@@ -30,12 +32,20 @@ pub struct ObstacleMesh {
     pub machine_body: Option<usize>,
 }
 
+impl Deref for ObstacleMesh {
+    type Target = TreeMesh;
+
+    fn deref(&self) -> &TreeMesh {
+        &self.shape
+    }
+}
+
 impl Pieces for ObstacleMesh {
     /// Returns the obstacle's name with the file and group nearest to a place on it.
     fn name_at(&self, place: &Point3<f64>) -> String {
         let point = RoundBox { half_extents: Vector3::zeros(), rounding: 0.0 };
         let at = Isometry3::from(Translation3::from(place.coords));
-        let nearest = self.tree.core_distance(&Solid::Box(point), &at, f64::INFINITY, None);
+        let nearest = self.tree().core_distance(&Solid::Box(point), &at, f64::INFINITY, None);
         let label = nearest.and_then(|s| self.labels.get(self.mesh.group_of(s.triangle as usize)?));
         label.map_or_else(|| self.name.clone(), |label| format!("{} ({label})", self.name))
     }
@@ -59,7 +69,12 @@ pub enum ObstacleRole {
 
 /// Returns an obstacle that is no body of the machine.
 pub fn obstacle(role: ObstacleRole, allowance: f64, name: String, mesh: TriMesh) -> ObstacleMesh {
-    ObstacleMesh { name, role, tree: MeshTree::new(&mesh), mesh, allowance, labels: Vec::new(), machine_body: None }
+    shared_obstacle(role, allowance, name, Arc::new(TreeMesh::new(mesh)))
+}
+
+/// Returns an obstacle of this shape that is no body of the machine.
+pub(crate) fn shared_obstacle(role: ObstacleRole, allowance: f64, name: String, shape: Arc<TreeMesh>) -> ObstacleMesh {
+    ObstacleMesh { name, role, shape, allowance, labels: Vec::new(), machine_body: None }
 }
 
 /// Returns the bodies of the machine's table that are still relative to the workpiece. The tests
@@ -97,37 +112,45 @@ pub fn select_also(selections: &mut Vec<Selection>, new: Selection) {
 }
 
 /// Returns one obstacle for each role and allowance.
-pub fn joined_obstacles(
+pub(crate) fn joined_obstacles(
+    job: &Job,
     selections: &[Selection],
     files: &MeshFiles<'_>,
     work_from_part: &Isometry3<f64>,
 ) -> Vec<ObstacleMesh> {
-    let mut joined: Vec<(ObstacleRole, f64, TriMesh, Vec<String>)> = Vec::new();
+    let mut joined: Vec<Vec<&Selection>> = Vec::new();
     for s in selections {
-        let mesh = only(&files.read[&s.file].mesh, &s.groups).transformed(work_from_part);
-        let of_group =
-            |g: &Group| if g.name.is_empty() { s.file.name.clone() } else { format!("{}: {}", s.file.name, g.name) };
-        let labels = mesh.groups().iter().map(of_group).collect();
-        match joined.iter_mut().find(|(r, a, ..)| *r == s.role && *a == s.allowance) {
-            Some((_, _, all, all_labels)) => {
-                *all = std::mem::take(all).joined(&mesh);
-                all_labels.extend(labels);
-            }
-            None => joined.push((s.role, s.allowance, mesh, labels)),
+        match joined.iter_mut().find(|of| of[0].role == s.role && of[0].allowance == s.allowance) {
+            Some(of) => of.push(s),
+            None => joined.push(vec![s]),
         }
     }
+    let selected = |s: &Selection| only(&files.read[&s.file].mesh, &s.groups).transformed(work_from_part);
     joined
         .into_iter()
-        .map(|(role, allowance, mesh, labels)| {
+        .map(|of| {
+            let (role, allowance) = (of[0].role, of[0].allowance);
+            let made_from: Vec<_> = of.iter().map(|s| (&s.file, &s.groups)).collect();
+            let mesh = || of.iter().map(|s| selected(s)).reduce(|all, mesh| all.joined(&mesh)).unwrap_or_default();
+            let shape = job.meshes.obstacle(&(made_from, work_from_part), mesh);
+            let labels = of.iter().flat_map(|s| labels(s, files)).collect();
             let name = match role {
                 ObstacleRole::Part => "part",
                 ObstacleRole::Check => "check surface",
                 ObstacleRole::Fixture | ObstacleRole::Table => "fixture",
                 ObstacleRole::Stock => "stock",
             };
-            ObstacleMesh { labels, ..obstacle(role, allowance, name.to_owned(), mesh) }
+            ObstacleMesh { labels, ..shared_obstacle(role, allowance, name.to_owned(), shape) }
         })
         .collect()
+}
+
+/// Returns file and group of each selected group.
+fn labels(selection: &Selection, files: &MeshFiles<'_>) -> Vec<String> {
+    let Selection { file, groups, .. } = selection;
+    let of_group = |g: &Group| if g.name.is_empty() { file.name.clone() } else { format!("{}: {}", file.name, g.name) };
+    let of_file = files.read[file].mesh.groups().iter().zip(groups);
+    of_file.filter(|(_, selected)| **selected).map(|(g, _)| of_group(g)).collect()
 }
 
 /// Returns which groups of a mesh a job's entry selects.

@@ -1,6 +1,6 @@
 //! A setup with an outside bound of what the programs before it leave as its stock.
 
-use std::sync::PoisonError;
+use std::sync::{Arc, PoisonError};
 
 use facemill_cl_data::Monitor;
 use facemill_surface_model::{Surface, SurfaceSettings};
@@ -58,7 +58,7 @@ impl Setup<'_> {
             }
         };
         self.own_stock = Some(StockMeshes::of(&self).own());
-        self.stock_solid = Some(Surface::new(bound.stock.mesh.clone(), SurfaceSettings::default()));
+        self.stock_solid = Some(Arc::new(Surface::new(bound.stock.mesh.clone(), SurfaceSettings::default())));
         self.stock_thickness = 0.0;
         self.obstacles.retain(|o| o.role != ObstacleRole::Stock);
         // In front of the machine's bodies, as stock of the job is.

@@ -52,7 +52,7 @@ pub fn workcell<'a>(job: &'a Job, setup: &'a Setup<'_>, operation: &OperationFil
         .iter()
         .map(|o| Obstacle {
             name: o.name.clone(),
-            mesh: (&o.tree).into(),
+            mesh: o.tree().into(),
             gouge_allowance: match o.role {
                 ObstacleRole::Part | ObstacleRole::Check | ObstacleRole::Fixture | ObstacleRole::Table => {
                     Some(o.allowance)

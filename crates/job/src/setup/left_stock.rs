@@ -15,12 +15,14 @@ use facemill_z_map::{DexelMap, SurfacePlace, SweptCutter, left_heights};
 use nalgebra::{Isometry3, Point3, Vector3};
 
 use crate::failure::Failure;
-use crate::format::job_file::{OperationFile, PathFile};
+use crate::format::job_file::{OperationFile, PathFile, SetupFile};
 use crate::frames::places;
-use crate::load::job::{Job, Setup};
+use crate::load::job::{Job, Setup, SweptProgram};
 use crate::setup::cell::corner_on_drive;
 use crate::setup::pass_surface::{extended_region, pass_surface};
-use crate::setup::programs_before::{NOT_NAMED, WrongTool, each_program_before, read_part, tool_of_program};
+use crate::setup::programs_before::{
+    NOT_NAMED, WrongTool, digests_before, each_program_before, read_part, tool_of_program,
+};
 use crate::setup::scene::Scene;
 use crate::stock::map::StockMeshes;
 use crate::stock::rest::read_named_rest;
@@ -241,13 +243,14 @@ impl RegionMeasurement<'_> {
     }
 
     fn of_programs(&self, programs: &[ProgramWithToolFile]) -> Result<Vec<StockHeight>, Failure> {
-        let swept = programs.iter().map(|program| self.swept_by_file(program)).collect::<Result<Vec<_>, _>>()?;
+        let swept = |program| self.swept_by_file(program).map(Arc::new);
+        let swept = programs.iter().map(swept).collect::<Result<Vec<_>, _>>()?;
         self.heights_under(&swept)
     }
 
     /// Returns the heights that these cutters leave.
-    fn heights_under(&self, sweeps: &[SweptCutter]) -> Result<Vec<StockHeight>, Failure> {
-        let reach = sweeps.iter().map(SweptCutter::radius).fold(0.0, f64::max);
+    fn heights_under(&self, sweeps: &[Arc<SweptCutter>]) -> Result<Vec<StockHeight>, Failure> {
+        let reach = sweeps.iter().map(|sweep| sweep.radius()).fold(0.0, f64::max);
         let (samples, spacing) = self.samples()?;
         let mut highest = vec![0.0_f64; samples.len()];
         for place in &self.places {
@@ -360,18 +363,27 @@ impl RegionMeasurement<'_> {
 ///
 /// # Errors
 /// If a program is not understood, or cannot be run in its setup.
-pub fn swept_before(job: &Job, setup: &Setup<'_>) -> Result<Arc<Vec<SweptCutter>>, Failure> {
+pub fn swept_before(job: &Job, setup: &Setup<'_>) -> Result<Arc<Vec<Arc<SweptCutter>>>, Failure> {
     if let Some(known) = setup.swept_before.get() {
         return Ok(known.clone());
     }
-    let mut swept = Vec::new();
-    each_program_before(job, setup, 0, |before| {
+    let SetupFile { work_from_part, table_from_work, work_offset, .. } = setup.file;
+    let frame = blake3::hash(facemill_file_format::to_json(&(work_from_part, table_from_work, work_offset)).as_bytes());
+    let of: Vec<_> = digests_before(job, setup)?.into_iter().map(|program| [program, *frame.as_bytes()]).collect();
+    let known = || job.programs.swept.lock().unwrap_or_else(PoisonError::into_inner);
+    let mut swept: Vec<SweptProgram> =
+        known().iter().zip(&of).take_while(|(swept, of)| swept.of == **of).map(|(swept, _)| swept.clone()).collect();
+    each_program_before(job, setup, swept.len(), |before| {
         // Nothing is known to be cut by a program with a fault.
-        if before.fault.is_none() {
-            swept.push(swept_by(&before.text, &before.at, before.path)?);
-        }
+        let sweep = match before.fault {
+            None => Some(Arc::new(swept_by(&before.text, &before.at, before.path)?)),
+            Some(_) => None,
+        };
+        swept.push(SweptProgram { of: of[swept.len()], sweep });
         Ok(())
     })?;
+    known().clone_from(&swept);
+    let swept = swept.into_iter().filter_map(|swept| swept.sweep).collect();
     Ok(setup.swept_before.get_or_init(|| Arc::new(swept)).clone())
 }
 

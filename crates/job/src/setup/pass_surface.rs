@@ -49,7 +49,7 @@ pub fn extended_region(
 
 /// Returns the surface that the passes of an operation lie on.
 pub fn surface_of<'s>(setup: &'s Setup<'_>, extended: Option<&'s ExtendedRegion>) -> &'s Surface {
-    extended.map_or(&setup.around_drive, |extended| &extended.surface)
+    extended.map_or(&*setup.around_drive, |extended| &extended.surface)
 }
 
 /// Returns the surface that passes lie on, and their region there: groups and cone have chosen the
@@ -60,7 +60,7 @@ pub fn pass_surface<'s>(
     region: Region,
 ) -> (&'s Surface, Region) {
     match extended {
-        None => (&setup.around_drive, region),
+        None => (&*setup.around_drive, region),
         Some(extended) => (&extended.surface, Region { groups: None, normal_cone: None, ..region }),
     }
 }

@@ -167,7 +167,7 @@ fn virtual_obstacles<'a>(setup: &'a Setup<'_>) -> Vec<VirtualObstacle<'a>> {
         .filter(|o| o.role != ObstacleRole::Table)
         .map(|o| VirtualObstacle {
             name: o.name.clone(),
-            mesh: &o.tree,
+            mesh: o.tree(),
             kind: match o.role {
                 ObstacleRole::Part => ObstacleKind::Part,
                 ObstacleRole::Check => ObstacleKind::Check,

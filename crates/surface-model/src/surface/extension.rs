@@ -108,8 +108,8 @@ impl Surface {
         let sides = (0..kept.len()).filter(|&t| kept[t]).flat_map(|t| (0..3).map(move |k| (t as u32, k)));
         sides.filter_map(move |(t, k)| {
             let own = 3 * t + k as u32;
-            let edge = self.edges.of_side(t, k)?;
-            if self.edges.sides(edge).iter().any(|&side| side != own && kept[side as usize / 3]) {
+            let edge = self.edges().of_side(t, k)?;
+            if self.edges().sides(edge).iter().any(|&side| side != own && kept[side as usize / 3]) {
                 return None;
             }
             let (triangle, next) = (self.mesh.triangles()[t as usize], (k + 1) % 3);
@@ -224,7 +224,7 @@ impl Material<'_> {
     /// Returns the normal that tells the sides apart at a foot: of the facet, or of the facets
     /// around the edge or vertex that it lies on (Bærentzen and Aanæs 2005).
     fn normal_at(&self, foot: &SurfacePoint) -> Option<Unit<Vector3<f64>>> {
-        let Surface { mesh, edges, .. } = self.surface;
+        let (mesh, edges) = (self.surface.mesh(), self.surface.edges());
         let own = self.surface.facet_normal(foot.triangle)?;
         let is_off = foot.barycentric.map(|weight| weight <= ON_BORDER);
         let corner = |k: usize| mesh.triangles()[foot.triangle as usize][k] as usize;

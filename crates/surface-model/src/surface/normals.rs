@@ -20,6 +20,7 @@ pub(crate) fn facet_normals(mesh: &TriMesh) -> Vec<Option<Unit<Vector3<f64>>>> {
 
 /// Smooth vertices, each shared by corners of the triangles around a vertex without a crease
 /// between them.
+#[derive(Clone, Debug)]
 pub(crate) struct SmoothVertices {
     /// Smooth vertex of each corner, `3 * triangle + k`.
     pub(crate) of_corner: Vec<u32>,

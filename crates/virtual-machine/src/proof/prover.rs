@@ -122,6 +122,30 @@ impl<'s, 'a> Prover<'s, 'a> {
         }
     }
 
+    /// Whether [`prove`](Self::prove) proves a depth, and that all bodies are clear. Measures
+    /// nothing, and stops at the first pair that is not proven: a distance that is proven for a
+    /// larger one than required is proven for the required one, because no bound of the proof grows
+    /// with less dilation.
+    pub(crate) fn is_proven(&mut self) -> bool {
+        self.depth().is_ok() && self.keeps_required_distances()
+    }
+
+    fn keeps_required_distances(&mut self) -> bool {
+        let scene = self.scene;
+        if self.motion.at(0.5).is_err() {
+            return false;
+        }
+        for body in &scene.bodies {
+            for (k, obstacle) in scene.obstacles.iter().enumerate().filter(|(k, _)| body.meets[*k]) {
+                let distance = body.rounding + scene.hit_distance(body, obstacle);
+                if !self.keeps(body.mount, &body.shape.core, distance, k) {
+                    return false;
+                }
+            }
+        }
+        true
+    }
+
     /// The smallest depth that is proven for the whole move against all obstacles, or the obstacle
     /// for which none is.
     ///

@@ -12,31 +12,50 @@ const MAX_POSES: usize = 48;
 /// Share of a motion's time that is too short to look into: rounding of the shares themselves.
 const SHORTEST: f64 = 1e-15;
 
-/// The pose at a share of a motion's time.
-pub(super) fn pose_at(m: &CutterMotion, t: f64) -> ClPoint {
-    let tip = m.from.tip + (m.to.tip - m.from.tip) * t;
-    let (a, b) = (m.from.axis.into_inner(), m.to.axis.into_inner());
-    let turn = a.cross(&b).norm().atan2(a.dot(&b));
-    if turn < SMALL_TURN {
-        // Chord and arc are the same up to turn³/15, and opposite axes are no motion that a machine
-        // makes in one part.
-        return ClPoint { tip, axis: Unit::new_normalize(a + (b - a) * t) };
-    }
-    let sin = turn.sin();
-    ClPoint { tip, axis: Unit::new_normalize(a * (((1.0 - t) * turn).sin() / sin) + b * ((t * turn).sin() / sin)) }
+/// A motion with its turn.
+pub(super) struct TurnedMotion<'m> {
+    m: &'m CutterMotion,
+    /// Angle between the axes at both ends, rad, and its sine.
+    turn: f64,
+    sine: f64,
+    /// Turn per time of the motion.
+    spin: Vector3<f64>,
 }
 
 /// Turn below which an axis may go along the chord, rad: 1e-10 mm on a meter. Smaller: the division
 /// by its sine loses digits.
 const SMALL_TURN: f64 = 1e-4;
 
-/// Velocity of a point of the body, per time of the motion; `axis` is the pose's.
-fn velocity(m: &CutterMotion, pose: &ClPoint, point: &Point3<f64>) -> Vector3<f64> {
-    let (a, b) = (m.from.axis.into_inner(), m.to.axis.into_inner());
-    let cross = a.cross(&b);
-    let sin = cross.norm();
-    let turning = if sin > 0.0 { cross * (sin.atan2(a.dot(&b)) / sin) } else { Vector3::zeros() };
-    (m.to.tip - m.from.tip) + turning.cross(&(point - pose.tip))
+impl<'m> TurnedMotion<'m> {
+    pub(super) fn new(m: &'m CutterMotion) -> Self {
+        let (a, b) = (m.from.axis.into_inner(), m.to.axis.into_inner());
+        let cross = a.cross(&b);
+        let norm = cross.norm();
+        let turn = norm.atan2(a.dot(&b));
+        let spin = if norm > 0.0 { cross * (turn / norm) } else { Vector3::zeros() };
+        Self { m, turn, sine: turn.sin(), spin }
+    }
+
+    /// The pose at a share of the motion's time.
+    pub(super) fn pose_at(&self, t: f64) -> ClPoint {
+        let Self { m, turn, sine, .. } = self;
+        let tip = m.from.tip + (m.to.tip - m.from.tip) * t;
+        let (a, b) = (m.from.axis.into_inner(), m.to.axis.into_inner());
+        if *turn < SMALL_TURN {
+            // Chord and arc are the same up to turn³/15, and opposite axes are no motion that a
+            // machine makes in one part.
+            return ClPoint { tip, axis: Unit::new_normalize(a + (b - a) * t) };
+        }
+        ClPoint {
+            tip,
+            axis: Unit::new_normalize(a * (((1.0 - t) * turn).sin() / sine) + b * ((t * turn).sin() / sine)),
+        }
+    }
+
+    /// Velocity of a point of the body at a pose, per time of the motion.
+    fn velocity(&self, pose: &ClPoint, point: &Point3<f64>) -> Vector3<f64> {
+        (self.m.to.tip - self.m.from.tip) + self.spin.cross(&(point - pose.tip))
+    }
 }
 
 /// A pose of the motion as a line meets it.
@@ -51,10 +70,10 @@ struct Try {
 }
 
 impl Gauge {
-    fn attempt(&self, m: &CutterMotion, place: &SurfacePlace, t: f64) -> Try {
-        let pose = pose_at(m, t);
+    fn attempt(&self, m: &TurnedMotion<'_>, place: &SurfacePlace, t: f64) -> Try {
+        let pose = m.pose_at(t);
         let Approach { entry, nearest, outward, slope } = self.approach(&pose, place);
-        let rate = -outward.dot(&velocity(m, &pose, &nearest));
+        let rate = -outward.dot(&m.velocity(&pose, &nearest));
         Try { t, entry, rate, entry_rate: if slope == 0.0 { rate } else { rate / slope.abs() } }
     }
 
@@ -65,6 +84,7 @@ impl Gauge {
     /// time. The sign of its change then gives the side of a pose on which the least is, and its
     /// rate bounds how much less that can be.
     pub(super) fn least_entry(&self, m: &CutterMotion, place: &SurfacePlace, accuracy: f64) -> Option<f64> {
+        let m = &TurnedMotion::new(m);
         let mut low = self.attempt(m, place, 0.0);
         let mut best = low.entry;
         if best == Some(0.0) || low.rate >= 0.0 {

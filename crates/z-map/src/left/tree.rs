@@ -93,7 +93,7 @@ impl Node {
     /// be.
     fn distance_over(&self, gauge: &Gauge, place: &SurfacePlace, height: f64) -> f64 {
         let top = place.position + place.normal.into_inner() * height;
-        if !self.bounds.intersects(&Aabb::of_points(&[place.position, top])) {
+        if !meets(&self.bounds, &place.position, &top) {
             return f64::INFINITY;
         }
         // A convex function is nowhere below its tangent plane.
@@ -104,6 +104,13 @@ impl Node {
         let toward_place = height * outward.dot(&place.normal).max(0.0);
         distance - toward_place - outward.dot(&self.half).abs() - self.slack - ROUNDING
     }
+}
+
+/// Returns whether a box meets the smallest box around two points. Most nodes are passed over by
+/// this alone.
+#[inline(always)]
+fn meets(bounds: &Aabb, a: &Point3<f64>, b: &Point3<f64>) -> bool {
+    (0..3).all(|k| bounds.min[k] <= a[k].max(b[k]) && a[k].min(b[k]) <= bounds.max[k])
 }
 
 /// Rounding of distances, mm.

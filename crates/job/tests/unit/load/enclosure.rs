@@ -1,22 +1,14 @@
-use facemill_interference::MeshTree;
 use facemill_surface_model::TriMesh;
 
 use crate::load::enclosure::*;
+use crate::load::obstacle_meshes::obstacle;
 
 /// Returns a setup whose part is a triangle with corners 10 mm along each axis.
 fn obstacles() -> Vec<ObstacleMesh> {
     let corners = vec![Point3::new(10.0, 0.0, 0.0), Point3::new(0.0, 10.0, 0.0), Point3::new(0.0, 0.0, 10.0)];
     let mesh = TriMesh::new(corners, vec![[0, 1, 2]]).unwrap();
-    let tree = MeshTree::new(&mesh);
-    vec![ObstacleMesh {
-        name: "part".to_owned(),
-        role: ObstacleRole::Part,
-        mesh,
-        tree,
-        allowance: 0.0,
-        labels: vec!["part.stl".to_owned()],
-        machine_body: None,
-    }]
+    let part = obstacle(ObstacleRole::Part, 0.0, "part".to_owned(), mesh);
+    vec![ObstacleMesh { labels: vec!["part.stl".to_owned()], ..part }]
 }
 
 fn setup(stock: &str, clearance: &str) -> SetupFile {

@@ -131,3 +131,38 @@ fn no_interval_is_proven_where_the_axes_lose_a_turned_vector_on_the_way() {
     }
     assert!(reported > 500 && hidden > 0, "{reported} reported, {hidden} lost between places that are reached");
 }
+
+#[test]
+fn a_move_is_proven_exactly_if_its_depth_and_all_its_bodies_are() {
+    let mut rng = Random(12);
+    let shop = kit::Shop::with_machine(Machine::head_b_table_c().unwrap());
+    let block = MeshTree::new(&kit::box_mesh([-60.0, -60.0, -40.0], [60.0, 60.0, 0.0]));
+    let part = crate::motion::setup::VirtualObstacle {
+        name: "block".into(),
+        mesh: &block,
+        kind: crate::motion::setup::ObstacleKind::Part,
+        allowance: 0.0,
+        stock: 3.0,
+    };
+    let setup = crate::motion::setup::VirtualSetup { obstacles: vec![part], ..shop.setup() };
+    let settings = VerifySettings::default();
+    let scene = RunScene::new(&setup, &settings).unwrap();
+    let mut counts = [0; 2];
+    for k in 0..120 {
+        let mut position = || {
+            let tip = [rng.between(-110.0, 110.0), rng.between(-110.0, 110.0), rng.between(-6.0, 60.0)];
+            shop.axes_at(tip, [rng.between(-0.5, 0.5), rng.between(-0.5, 0.5), 1.0])
+        };
+        let (start, end) = (position(), position());
+        let law = [CuttingLaw::AxesLinear, CuttingLaw::TipAndRotariesLinear][k % 2];
+        let law = BlockLaw::Cutting(law);
+        let m = Move { block: 0, section: 0, law, is_rapid: true, start, end, feed: None, moves_tool: true };
+        let measured = Prover::new(&scene, &m).unwrap().prove();
+        let expected = measured.depth.is_some() && measured.bodies_clear;
+        let mut prover = Prover::new(&scene, &m).unwrap();
+        assert_eq!(prover.is_proven(), expected, "{start:?} to {end:?}");
+        assert!(prover.intervals <= measured.intervals);
+        counts[usize::from(expected)] += 1;
+    }
+    assert!(counts.iter().all(|n| *n >= 15), "{counts:?}");
+}
