@@ -22,8 +22,8 @@ pub struct BladeOutcome {
     pub result: Result<Planned, Failure>,
 }
 
-/// Plans both sides of a blade as `facemill new blade` writes its job, with passes `spread` times as
-/// far apart; nothing where the shared data is absent.
+/// Plans both sides of a blade as `facemill new blade` writes its job, with passes `spread` times
+/// as far apart; nothing where the shared data is absent.
 ///
 /// # Panics
 /// When the blade has no job.

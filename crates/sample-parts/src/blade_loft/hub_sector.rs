@@ -14,8 +14,8 @@ use crate::spec_error::LoftError;
 /// Places along the blade at which the middle between its sides is taken for the sector's sides.
 const MIDDLE_PLACES: u32 = 9;
 
-/// Largest share of the blade's length, and of the hub up to its next corners, by which lines across
-/// the hub fan out: facets before a flat edge would have no area otherwise.
+/// Largest share of the blade's length, and of the hub up to its next corners, by which lines
+/// across the hub fan out: facets before a flat edge would have no area otherwise.
 const FAN: [f64; 2] = [0.1, 0.25];
 
 /// A sector of the hub to be made.

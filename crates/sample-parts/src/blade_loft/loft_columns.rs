@@ -102,9 +102,9 @@ impl LoftColumn {
         let [point, around] = [points, around].map(|values| SpanCurve::new(&loft.span, &values));
         let whole = [0.0, loft.span[loft.span.len() - 1]];
         let mut column = Self { point, around, ends: whole };
-        for end in 0..2 {
+        for (end, name) in WALLS.into_iter().enumerate() {
             if let (Some(wall), LoftEnd::Wall) = (&ends.walls[end], ends.kinds[end]) {
-                let off = |gap_mm| LoftError::BeforeWall { wall: WALLS[end], point: gap, gap_mm };
+                let off = |gap_mm| LoftError::BeforeWall { wall: name, point: gap, gap_mm };
                 column.ends[end] = column.end_at(&loft.span, wall, end).map_err(off)?;
             }
         }
