@@ -157,13 +157,20 @@ fn setup(mesh: &TriMesh, group: &str, name: &str, radius: f64) -> Result<(Value,
     let down = -z[0].floor();
     let stock = stock_for(radius);
     let size = [x, y, z].iter().map(|[low, high]| high - low).fold(0.0, f64::max);
-    let on_hub: Vec<u32> = mesh
-        .groups()
-        .iter()
-        .filter(|g| g.name == HUB_GROUPS[0])
-        .flat_map(|g| mesh.triangles()[g.triangles.clone()].iter().flatten().copied())
-        .collect();
-    let above_hub = on_hub.iter().map(|&v| turned[v as usize].x + middle(x)).reduce(f64::max);
+    let vertices_of = |is_of: &dyn Fn(&str) -> bool| -> Vec<Point3<f64>> {
+        let groups = mesh.groups().iter().filter(|g| is_of(&g.name));
+        groups
+            .flat_map(|g| mesh.triangles()[g.triangles.clone()].iter().flatten())
+            .map(|&v| turned[v as usize])
+            .collect()
+    };
+    // The hub beside the blade alone: it may rise far before or behind it.
+    let blade = vertices_of(&|name| !HUB_GROUPS.contains(&name));
+    let [front, back] =
+        [f64::min as fn(f64, f64) -> f64, f64::max].map(|of| blade.iter().map(|p| p.y).reduce(of).unwrap_or(0.0));
+    let beside = front - HUB_RADII * radius..=back + HUB_RADII * radius;
+    let on_hub = vertices_of(&|name| name == HUB_GROUPS[0]);
+    let above_hub = on_hub.iter().filter(|p| beside.contains(&p.y)).map(|p| p.x + middle(x)).reduce(f64::max);
     let above_hub = above_hub.map(|top| (top + HUB_RADII * radius + HUB_ALLOWANCE).ceil());
     let mut meshes = vec![
         json!({ "file": "blade.obj", "groups": [group], "role": "drive", "unit": "millimetre", "up_axis": "z" }),
