@@ -1,7 +1,7 @@
 //! Sample jobs: a part, its tools, a machine and the job file, as files in memory.
 //!
 //! [`new_job`] makes one from a [`NewJob`]: a propeller of a series or of a table, both sides
-//! of a propeller from its casting, a blade, a patch.
+//! of a propeller from its casting, a blade, a patch. [`as_read`] says how it understands a table.
 //!
 //! ```
 //! use facemill_sample_jobs::{NewJob, new_job};
@@ -35,5 +35,5 @@ mod new_whole;
 mod propeller_mesh;
 
 pub use crate::job_parts::{ROTOR_SCALES, ReadFile, round_to};
-pub use crate::new_job::{NewJob, Series, new_job};
+pub use crate::new_job::{NewJob, Series, as_read, new_job};
 pub use crate::propeller_mesh::propeller_glb;

@@ -13,7 +13,7 @@ use crate::job_parts::{
 use crate::new_blade::{blade_job, groups_obj};
 use crate::new_cast::cast_propeller_job;
 use crate::new_dual::dual_propeller_job;
-use crate::new_propeller::{propeller_job, table_job};
+use crate::new_propeller::{propeller_job, table_job, table_text};
 use crate::new_whole::whole_propeller_job;
 
 /// A sample job.
@@ -67,6 +67,8 @@ pub enum NewJob {
         from: PathBuf,
         /// Factor on the size in the file.
         scale: f64,
+        /// Whether the mesh has the sector of the hub around the blade.
+        hub: bool,
     },
 }
 
@@ -105,7 +107,19 @@ pub fn new_job(job: &NewJob, read: ReadFile<'_>) -> Result<Vec<(String, Vec<u8>)
         NewJob::WholePropeller { diameter_mm, blades } => whole_propeller_job(diameter_mm, blades),
         NewJob::Patch { size_mm } => patch_job(size_mm),
         NewJob::Rotor37 { scale } => rotor37_job(scale),
-        NewJob::Blade { ref from, scale } => blade_job(from, scale, read),
+        NewJob::Blade { ref from, scale, hub } => blade_job(from, scale, hub, read),
+    }
+}
+
+/// Returns how the table of a propeller is understood, in words: blades, hand, skew and rake;
+/// `None` for other jobs.
+///
+/// # Errors
+/// As [`new_job`].
+pub fn as_read(job: &NewJob, read: ReadFile<'_>) -> Result<Option<String>, String> {
+    match job {
+        NewJob::OwnPropeller { table, diameter_mm } => table_text(table, *diameter_mm, read).map(Some),
+        _ => Ok(None),
     }
 }
 

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use facemill_propeller_file::read_propeller;
-use facemill_sample_parts::{BladeResolution, BladeSurface, PropellerSpec, chord_error};
+use facemill_sample_parts::{BladeResolution, BladeSurface, Hand, PropellerSpec, chord_error};
 use serde_json::json;
 
 use crate::job_parts::{JobFiles, ReadFile, cutter_radius, job_file, job_folder, operation, round_to, stock_for};
@@ -11,13 +11,39 @@ use crate::propeller_mesh::{CHORD_QUADS, RADIAL_QUADS, propeller_glb};
 
 /// Returns the job of a propeller by its table.
 pub(crate) fn table_job(table: &Path, diameter: Option<f64>, read: ReadFile<'_>) -> Result<JobFiles, String> {
-    let bytes = read(table)?;
-    let file = read_propeller(&table.display().to_string(), &bytes).map_err(|e| e.to_string())?;
-    let spec = file.spec(diameter).map_err(|e| e.to_string())?;
+    let (name, spec) = read_table(table, diameter, read)?;
     // Above 0.7, chords that tilt hide each other from most tools.
     let covered = BladeSurface::new(&spec).covered_share(0.3 * spec.diameter());
+    propeller_job(&spec, &name, spec.n_blades() > 4 || covered > 0.7)
+}
+
+/// Returns number of blades, hand, skew and rake of a propeller by its table in words, so that a
+/// wrong sign in it is seen.
+pub(crate) fn table_text(table: &Path, diameter: Option<f64>, read: ReadFile<'_>) -> Result<String, String> {
+    let (name, spec) = read_table(table, diameter, read)?;
+    let surface = BladeSurface::new(&spec);
+    let tip = surface.section(0.5 * spec.diameter());
+    let hand = match spec.hand() {
+        Hand::Left => "left-handed (seen from astern it turns counter-clockwise)",
+        Hand::Right => "right-handed (seen from astern it turns clockwise)",
+    };
+    let skew = match round_to(tip.skew().to_degrees(), 1) {
+        0.0 => "no skew".to_owned(),
+        skew => format!("skew {} deg {} the rotation", skew.abs(), if skew > 0.0 { "against" } else { "with" }),
+    };
+    let rake = match round_to(tip.rake(), 1) {
+        0.0 => "no rake".to_owned(),
+        rake => format!("rake {} mm {}", rake.abs(), if rake < 0.0 { "aft" } else { "ahead" }),
+    };
+    let (n_blades, diameter) = (spec.n_blades(), spec.diameter());
+    Ok(format!("{name}: {n_blades} blades, D {diameter} mm, {hand}; at the tip {skew}, {rake}"))
+}
+
+fn read_table(table: &Path, diameter: Option<f64>, read: ReadFile<'_>) -> Result<(String, PropellerSpec), String> {
+    let file = read_propeller(&table.display().to_string(), &read(table)?).map_err(|e| e.to_string())?;
+    let spec = file.spec(diameter).map_err(|e| e.to_string())?;
     let stem = || table.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
-    propeller_job(&spec, &file.name.unwrap_or_else(stem), spec.n_blades() > 4 || covered > 0.7)
+    Ok((file.name.unwrap_or_else(stem), spec))
 }
 
 /// Returns the job of a propeller; `overlapping` says that its blades hide each other from most

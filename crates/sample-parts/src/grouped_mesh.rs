@@ -22,6 +22,16 @@ impl GroupedMesh {
         u32::try_from(self.vertices.len() - 1).expect("resolutions are limited to far fewer than 2^32 vertices")
     }
 
+    /// Place of a vertex.
+    pub(crate) fn point(&self, vertex: u32) -> Point3<f64> {
+        self.vertices[vertex as usize]
+    }
+
+    /// Triangles of a group.
+    pub(crate) fn triangles_mut(&mut self, group: usize) -> &mut Vec<[u32; 3]> {
+        &mut self.groups[group].1
+    }
+
     /// Adds the quad `a, b, c, d` to a group (by its place in the list), split along the shorter
     /// diagonal. Corners that coincide make it a triangle, or nothing.
     pub(crate) fn quad(&mut self, group: usize, corners: [u32; 4]) {

@@ -9,7 +9,8 @@
 //! - [`propeller_solid`]: hub with bore, blades and root fillets as one closed solid;
 //!   [`RootFillet`] has its radii, [`fillet_contact`] the ball in one place.
 //! - [`rotor37`]: a compressor blade.
-//! - [`BladeLoft`]: a smooth blade through sections of points, and its mesh.
+//! - [`BladeLoft`]: a smooth blade through sections of points, and its mesh, from section to
+//!   section or between [`Endwalls`] (hub and shroud), with a sector of the hub.
 //! - [`patch`]: a wavy sculptured patch with exact normals and curvatures.
 //! - [`casting`]: any of these solids with uneven material on it.
 //! - [`AnalyticPart`]: plane, sphere, cylinder, torus and saddle with exact closest points.
@@ -73,6 +74,7 @@ mod spec_error;
 mod spline;
 mod surface_point;
 
+pub use crate::blade_loft::endwalls::{Endwalls, HubSector, LoftEnd};
 pub use crate::blade_loft::loft_mesh::LoftedBlade;
 pub use crate::blade_loft::loft_surface::{BladeLoft, BladeSections};
 pub use crate::propeller::anti_singing::AntiSingingEdge;

@@ -133,6 +133,39 @@ pub enum LoftError {
         /// The point.
         point: usize,
     },
+    /// A hub or shroud is no surface of revolution beside the blade.
+    #[error("the {wall} {what}")]
+    WrongWall {
+        /// `hub` or `shroud`.
+        wall: &'static str,
+        /// The fault.
+        what: &'static str,
+    },
+    /// The blade meets a wall in part only.
+    #[error(
+        "the blade meets the {wall} at some points, but ends {gap_mm:.3} mm before it at point {point}; \
+         add a section beyond the {wall}, or remove its file to keep the blade's own end"
+    )]
+    BeforeWall {
+        /// `hub` or `shroud`.
+        wall: &'static str,
+        /// Point of the sections.
+        point: usize,
+        /// Distance, mm.
+        gap_mm: f64,
+    },
+    /// Hub and shroud leave nothing of the blade.
+    #[error("hub and shroud leave nothing of the blade at point {point}; correct their files")]
+    WallsCross {
+        /// Point of the sections.
+        point: usize,
+    },
+    /// The sector of the hub around the blade has no mesh.
+    #[error("the hub around the blade has no mesh: {what}")]
+    NoSector {
+        /// The fault, with its remedy.
+        what: &'static str,
+    },
     /// The mesh would have too many vertices.
     #[error("a chord tolerance of {tolerance} mm needs more than {most} vertices, or is not above zero")]
     TooFine {

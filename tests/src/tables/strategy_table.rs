@@ -35,7 +35,7 @@ pub fn parts() -> Vec<PartOfTable> {
     let blade = |file: &'static str, scale: f64| -> PartOfTable {
         let job = move || {
             let from = shared(&format!("data/blades/{file}"))?;
-            Some(JobFolder::new(&NewJob::Blade { from, scale }))
+            Some(JobFolder::new(&NewJob::Blade { from, scale, hub: false }))
         };
         (format!("{file}, {scale} : 1"), Box::new(job))
     };

@@ -17,6 +17,7 @@ mod program_variants;
 mod rapids;
 mod schemas;
 mod setup_variants;
+mod shared_blades;
 mod shared_meshes;
 mod strategies;
 mod three_rotaries;

@@ -68,6 +68,38 @@ fn a_left_handed_propeller_is_a_job_that_checks() {
     assert!(described.contains("4 components, closed"), "{described}");
 }
 
+/// The command says hand, skew and rake back: a wrong sign is a propeller for another boat.
+#[test]
+fn the_command_says_how_it_understands_a_table() {
+    let right = csv_of(PropellerSeries::Vp1304, "mine", "right");
+    let mirrored = right.replace("hand: right", "hand: left");
+    // Skew with the rotation, rake ahead: the signs of the last two columns turned.
+    let turned: String = right
+        .lines()
+        .map(|line| {
+            let cells: Vec<&str> = line.split(',').collect();
+            let minus = |cell: &str| cell.parse().map_or_else(|_| cell.to_owned(), |v: f64| (-v).to_string());
+            let last = cells.len() - 1;
+            if last < 6 || line.starts_with('r') {
+                return line.to_owned() + "\n";
+            }
+            format!("{},{},{}\n", cells[..5].join(","), minus(cells[5]), minus(cells[6]))
+        })
+        .collect();
+    // Of VP1304 at 600 mm the tip's rake is -2.5 mm of 250 mm.
+    for (text, words) in [
+        (&right, ["mine: 5 blades, D 600 mm, right-handed", "deg against the rotation", "rake 6 mm aft"]),
+        (&mirrored, ["left-handed", "deg against the rotation", "rake 6 mm aft"]),
+        (&turned, ["right-handed", "deg with the rotation", "rake 6 mm ahead"]),
+    ] {
+        let folder = folder_with("own.csv", text);
+        let (job, table) = (folder.path("job"), folder.path("own.csv"));
+        let output = run(&["new".into(), "propeller".into(), job.into_os_string(), "--table".into(), table.into()]);
+        let said = String::from_utf8_lossy(&output.stdout).into_owned();
+        assert!(words.iter().all(|word| said.contains(word)), "{said}");
+    }
+}
+
 #[test]
 fn tables_that_describe_no_propeller_have_exit_code_2_and_write_nothing() {
     let good = csv_of(PropellerSeries::Dtmb4119, "DTMB 4119", "right");

@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use clap::{Args, Subcommand, ValueEnum};
 use facemill::nc_program::Dialect;
-use facemill::new_job::{NewJob, Series};
+use facemill::new_job::{NewJob, Series, as_read};
 use facemill::{Failure, files, new_job_for};
 
 use crate::cli::arguments::dialect::dialect;
@@ -102,6 +102,9 @@ pub(crate) enum NewPart {
         /// Scale; 1 is the size in the file
         #[arg(long, value_name = "FACTOR", default_value_t = 1.0, allow_negative_numbers = true, value_parser = rotor_scale)]
         scale: f64,
+        /// Add the sector of the hub around the blade, which tools keep clear of
+        #[arg(long)]
+        hub: bool,
     },
 }
 
@@ -150,7 +153,7 @@ pub(crate) fn run(arguments: NewArguments) -> Result<ExitCode, Failure> {
         NewPart::PropellerWhole { dir, blades, diameter_mm } => (dir, NewJob::WholePropeller { diameter_mm, blades }),
         NewPart::Patch { dir, size_mm } => (dir, NewJob::Patch { size_mm }),
         NewPart::Rotor37 { dir, scale } => (dir, NewJob::Rotor37 { scale }),
-        NewPart::Blade { dir, from, scale } => (dir, NewJob::Blade { from, scale }),
+        NewPart::Blade { dir, from, scale, hub } => (dir, NewJob::Blade { from, scale, hub }),
     };
     let written = new_job_for(&job, arguments.machine.as_deref(), arguments.dialect)
         .map_err(|message| Failure::Input { file: dir.clone(), message })?;
@@ -161,6 +164,17 @@ pub(crate) fn run(arguments: NewArguments) -> Result<ExitCode, Failure> {
     files::write_all(&dir, &written)?;
     let names: Vec<&str> = written.iter().map(|(n, _)| n.as_str()).collect();
     say(&format!("{}: {}\n", dir.display(), names.join(", ")))?;
+    let text = as_read(&job).map_err(|message| Failure::Input { file: dir.clone(), message })?;
+    if let Some(text) = text.or_else(|| job_name(&written).filter(|_| matches!(job, NewJob::Blade { .. }))) {
+        say(&format!("as read: {text}\n"))?;
+    }
     say(&format!("plan it with: facemill plan {}\n", dir.display()))?;
     Ok(ExitCode::SUCCESS)
+}
+
+/// Name in the job file: says what was read of a file.
+fn job_name(written: &[(String, Vec<u8>)]) -> Option<String> {
+    let (_, job) = written.iter().find(|(name, _)| name == "job.json")?;
+    let job: serde_json::Value = serde_json::from_slice(job).ok()?;
+    Some(job["name"].as_str()?.to_owned())
 }

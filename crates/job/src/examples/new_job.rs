@@ -13,6 +13,14 @@ pub fn new_job(job: &NewJob) -> Result<Vec<(String, Vec<u8>)>, String> {
     facemill_sample_jobs::new_job(job, &|file| files::read_text(file).map_err(|e| e.to_string()))
 }
 
+/// Returns how the table of a propeller is understood, in words; `None` for other jobs.
+///
+/// # Errors
+/// As [`new_job`].
+pub fn as_read(job: &NewJob) -> Result<Option<String>, String> {
+    facemill_sample_jobs::as_read(job, &|file| files::read_text(file).map_err(|e| e.to_string()))
+}
+
 #[cfg(test)]
 #[path = "../../tests/unit/examples/new_blade.rs"]
 mod tests;

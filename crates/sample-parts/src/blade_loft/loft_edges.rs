@@ -5,13 +5,16 @@ use nalgebra::Point3;
 use crate::blade_loft::section_curve::gap_and_turn;
 
 /// Groups of a lofted blade, in the order of its mesh.
-pub(crate) const LOFT_GROUPS: [&str; 6] = ["suction", "pressure", "leading-edge", "trailing-edge", "tip", "root"];
+pub(crate) const LOFT_GROUPS: [&str; 8] =
+    ["suction", "pressure", "leading-edge", "trailing-edge", "tip", "root", "hub", "hub-ends"];
 pub(crate) const SUCTION: usize = 0;
 pub(crate) const PRESSURE: usize = 1;
 const LEADING: usize = 2;
 const TRAILING: usize = 3;
 pub(crate) const TIP: usize = 4;
 pub(crate) const ROOT: usize = 5;
+pub(crate) const HUB: usize = 6;
+pub(crate) const HUB_ENDS: usize = 7;
 
 /// Largest share of the chord that a flat end is long.
 const LONGEST_END: f64 = 0.2;

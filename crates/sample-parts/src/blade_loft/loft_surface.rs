@@ -50,25 +50,10 @@ pub struct BladeLoft {
     pub(crate) is_counter_clockwise: bool,
 }
 
-/// A column over the span.
-enum SpanCurve {
+/// A curve over the span, through one value at each section.
+pub(crate) enum SpanCurve {
     Straight([Vector3<f64>; 2]),
     Smooth(Box<[CubicSpline; 3]>),
-}
-
-/// One row of the surface: points and derivatives across the sections as curves.
-pub(crate) struct LoftRow<'l> {
-    point: SectionCurve<'l>,
-    across: SectionCurve<'l>,
-}
-
-impl LoftRow<'_> {
-    /// Point at a share of the gap behind a column, with its derivatives around and across the
-    /// sections.
-    pub(crate) fn at(&self, gap: usize, share: f64) -> (Point3<f64>, [Vector3<f64>; 2]) {
-        let (point, around) = self.point.at(gap, share);
-        (point.into(), [around, self.across.at(gap, share).0])
-    }
 }
 
 impl BladeLoft {
@@ -97,20 +82,29 @@ impl BladeLoft {
             let steps = pair[0].iter().zip(&pair[1]).map(|(a, b)| (b - a).norm());
             span.push(span[span.len() - 1] + mean(steps, n));
         }
-        let columns = (0..n).map(|k| SpanCurve::new(&span, sections, k)).collect();
+        let column = |k: usize| sections.iter().map(|section| section[k].coords).collect::<Vec<_>>();
+        let columns = (0..n).map(|k| SpanCurve::new(&span, &column(k))).collect();
         let is_counter_clockwise = area(&sections[0]).dot(&step(&sections[0], &sections[1])) > 0.0;
         let groups = groups_of_gaps(middle, edges);
         Ok(Self { columns, span, parameters, edges, groups, is_counter_clockwise })
     }
 
-    /// The row of the surface at a share of the way from one section to the next.
-    pub(crate) fn row(&self, section: usize, share: f64) -> LoftRow<'_> {
+    /// Curve around the blade at a share of the way from one section to the next.
+    pub(crate) fn curve(&self, section: usize, share: f64) -> SectionCurve<'_> {
         let at = self.span[section] + share * (self.span[section + 1] - self.span[section]);
-        let (points, slopes): (Vec<_>, Vec<_>) = self.columns.iter().map(|column| column.at(&self.span, at)).unzip();
-        LoftRow {
-            point: SectionCurve::new(&self.parameters, &points),
-            across: SectionCurve::new(&self.parameters, &slopes),
-        }
+        let points: Vec<_> = self.columns.iter().map(|column| column.at(&self.span, at).0).collect();
+        SectionCurve::new(&self.parameters, &points)
+    }
+
+    /// Curves around the blade at its sections.
+    pub(crate) fn section_curves(&self) -> Vec<SectionCurve<'_>> {
+        let last = self.span.len() - 1;
+        (0..=last).map(|k| if k < last { self.curve(k, 0.0) } else { self.curve(k - 1, 1.0) }).collect()
+    }
+
+    /// Points of all columns at a place of the span.
+    pub(crate) fn points_at(&self, at: f64) -> Vec<Point3<f64>> {
+        self.columns.iter().map(|column| column.at(&self.span, at).0.into()).collect()
     }
 
     /// The outward normal of derivatives around and across; none where the surface is degenerate.
@@ -121,19 +115,18 @@ impl BladeLoft {
 }
 
 impl SpanCurve {
-    fn new(span: &[f64], sections: &[Vec<Point3<f64>>], column: usize) -> Self {
-        if let [first, second] = sections {
-            return Self::Straight([first[column].coords, second[column].coords]);
+    pub(crate) fn new(span: &[f64], values: &[Vector3<f64>]) -> Self {
+        if let [first, second] = values {
+            return Self::Straight([*first, *second]);
         }
-        let end = if sections.len() == 3 { Natural } else { NotAKnot };
-        let spline = |axis: usize| {
-            CubicSpline::new(span.iter().zip(sections).map(|(at, section)| (*at, section[column][axis])), end, end)
-        };
+        let end = if values.len() == 3 { Natural } else { NotAKnot };
+        let spline =
+            |axis: usize| CubicSpline::new(span.iter().zip(values).map(|(at, value)| (*at, value[axis])), end, end);
         Self::Smooth(Box::new([0, 1, 2].map(spline)))
     }
 
-    /// Value and derivative.
-    fn at(&self, span: &[f64], at: f64) -> (Vector3<f64>, Vector3<f64>) {
+    /// Value and derivative; beyond the ends it goes on as a straight line.
+    pub(crate) fn at(&self, span: &[f64], at: f64) -> (Vector3<f64>, Vector3<f64>) {
         match self {
             Self::Straight([a, b]) => (a + (b - a) * (at / span[1]), (b - a) / span[1]),
             Self::Smooth(splines) => {

@@ -34,6 +34,11 @@ impl ColumnParameters {
         self.lengths.len() - 1
     }
 
+    /// Parameter of a column from 0, or after a turn that of the first one.
+    pub(crate) fn length(&self, column: usize) -> f64 {
+        self.lengths[column]
+    }
+
     /// Parameter of a column, counted on over further turns.
     fn at(&self, column: isize) -> f64 {
         let n = self.n_columns().cast_signed();

@@ -416,3 +416,44 @@ fn impossible_propellers_are_refused_by_name() {
         Err(SpecError::TooFine { tolerance: 1e-9, most: 2000 })
     );
 }
+
+/// Along and across the chords of points beside a place, and out of the blade at its nose.
+#[test]
+fn normals_of_the_smooth_blade_are_across_its_chords_and_outward() {
+    for series in SERIES {
+        let spec = propeller(series, 1000.0);
+        let surface = BladeSurface::new(&spec);
+        let normal = |side, r, x| surface.normal(side, r, x).expect("inside the blade");
+        for ratio in [0.21, 0.33, 0.5, 0.777, 0.93] {
+            let r = 500.0 * ratio;
+            let point = |side, r: f64, x: f64| surface.section(r).point(side, x);
+            let thickness = point(BladeSide::Suction, r, 0.5) - point(BladeSide::Pressure, r, 0.5);
+            for (side, sign) in [(BladeSide::Suction, 1.0), (BladeSide::Pressure, -1.0)] {
+                for x in [0.003, 0.02, 0.11, 0.5, 0.83, 0.96] {
+                    let n = normal(side, r, x);
+                    let step = 2e-4 * x * (1.0 - x);
+                    let chords = [
+                        point(side, r, x + step) - point(side, r, x - step),
+                        point(side, r + 0.003, x) - point(side, r - 0.003, x),
+                    ];
+                    for chord in chords {
+                        let lean = n.dot(&chord.normalize());
+                        assert!(lean.abs() < 1e-5, "{series:?}, r/R {ratio}, x/c {x}: {lean}");
+                    }
+                }
+                assert!(sign * normal(side, r, 0.5).dot(&thickness) > 0.0, "{series:?}, r/R {ratio}");
+                for (edge, inside) in [(0.0, 0.01), (1.0, 0.99)] {
+                    let [high, low] = [BladeSide::Suction, BladeSide::Pressure].map(|s| point(s, r, inside));
+                    let outward = point(side, r, edge) - nalgebra::center(&high, &low);
+                    let n = normal(side, r, edge);
+                    assert!(n.dot(&outward) > 0.0, "{series:?}, r/R {ratio}, edge {edge}");
+                    let other = if side == BladeSide::Suction { BladeSide::Pressure } else { BladeSide::Suction };
+                    assert!((n.into_inner() - normal(other, r, edge).into_inner()).norm() < 1e-4);
+                }
+            }
+        }
+        for (r, x) in [(499.9, 0.5), (10.0, 0.5), (300.0, 1.5), (f64::NAN, 0.5), (300.0, f64::NAN)] {
+            assert!(surface.normal(BladeSide::Suction, r, x).is_none(), "{r}, {x}");
+        }
+    }
+}

@@ -7,6 +7,7 @@ mod anti_singing_laws;
 mod blade_laws;
 mod casting_laws;
 mod loft_laws;
+mod loft_wall_laws;
 mod rotor37_laws;
 mod solid_faults;
 mod solid_laws;

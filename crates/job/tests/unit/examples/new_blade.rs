@@ -33,7 +33,7 @@ fn folder() -> tempfile::TempDir {
 #[test]
 fn a_blade_lies_with_each_side_up_in_a_setup_of_its_own() {
     let (given, written) = (folder(), tempfile::tempdir().unwrap());
-    let blade = NewJob::Blade { from: given.path().join("b.inf"), scale: 2.0 };
+    let blade = NewJob::Blade { from: given.path().join("b.inf"), scale: 2.0, hub: false };
     let files = new_job(&blade).unwrap();
     assert_eq!(files, new_job(&blade).unwrap(), "the same bytes each time");
     for (name, bytes) in files {
@@ -58,7 +58,7 @@ fn a_blade_lies_with_each_side_up_in_a_setup_of_its_own() {
 fn faults_name_the_file_and_links_out_of_the_folder_are_refused() {
     let given = folder();
     let from = given.path().join("b.inf");
-    let why = |scale: f64| new_job(&NewJob::Blade { from: from.clone(), scale }).expect_err("refused");
+    let why = |scale: f64| new_job(&NewJob::Blade { from: from.clone(), scale, hub: false }).expect_err("refused");
     assert!(why(f64::NAN).contains("scale") && why(1e3).contains("scale"));
     std::fs::write(given.path().join("curves/p.crv"), profile().replacen("20 ", "nan ", 1)).unwrap();
     assert!(why(1.0).contains("curves/p.crv, line 2: "), "{}", why(1.0));

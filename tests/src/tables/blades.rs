@@ -1,0 +1,99 @@
+//! Plans of both sides of every blade of the shared data.
+
+use facemill::new_job::NewJob;
+use facemill::{Failure, Job, PlanSettings, Planned, SilentStages, plan_setup};
+use serde_json::json;
+
+use crate::jobs::JobFolder;
+use crate::shared::shared;
+
+/// Blades of the shared data: their `.inf` files below `data/blades`.
+pub const BLADES: [&str; 2] = ["rotor37/BladeGen.inf", "hannover_rotor1/1_Rotor1_Blade.inf"];
+
+/// Plan of one side of a blade.
+pub struct BladeOutcome {
+    /// Blade by its `.inf` file.
+    pub file: &'static str,
+    /// Whether the hub is in the mesh.
+    pub hub: bool,
+    /// Name of the setup.
+    pub side: String,
+    /// The plan, or why there is none.
+    pub result: Result<Planned, Failure>,
+}
+
+/// Plans both sides of a blade as `facemill new blade` writes its job, with passes `spread` times
+/// as far apart; nothing where the shared data is absent.
+///
+/// # Panics
+/// When the blade has no job.
+pub fn sides(file: &'static str, hub: bool, spread: f64) -> Vec<BladeOutcome> {
+    let Some(from) = shared(&format!("data/blades/{file}")) else { return Vec::new() };
+    let folder = JobFolder::new(&NewJob::Blade { from, scale: 1.0, hub });
+    if spread > 1.0 {
+        for side in 0..2 {
+            let key = |name: &str| format!("/operations/{side}/{name}");
+            let step = folder.json("job.json").pointer(&key("tolerances/max_step_over_mm")).and_then(|v| v.as_f64());
+            let step = step.expect("a step");
+            folder.set(
+                "job.json",
+                &[
+                    (&key("tolerances/max_step_over_mm"), json!(spread * step)),
+                    // No pass is to be added for what is left between.
+                    (&key("tolerances/cusp_mm"), json!(5.0)),
+                    (&key("path/strategy/edge_fill"), json!(false)),
+                ],
+            );
+        }
+    }
+    let job = Job::read(&folder.job()).expect("a job");
+    let settings = || PlanSettings { verify: true, certificates: false };
+    (0..2)
+        .map(|k| BladeOutcome {
+            file,
+            hub,
+            side: job.file.setups[k].name.clone(),
+            result: plan_setup(&job, k, settings(), &SilentStages),
+        })
+        .collect()
+}
+
+/// The table of outcomes as Markdown.
+pub fn markdown(outcomes: &[BladeOutcome]) -> String {
+    let mut text = String::from(
+        "# Blades from public sources\n\n\
+         Both sides of every blade of the shared data at their real size, planned as `facemill new blade --from FILE.inf` writes their \
+         jobs ([recipe](cookbook.md#blade-from-a-bladegen-file)): head-B, table-C mill, face mill D8 r0.3, parallel planes across the \
+         span. *Planned* is the part of the CC points in the written program, the largest gouge is that of the program against the \
+         mesh, measured by the virtual machine, and the budget is what may appear there. Findings are faults of the program.\n\n\
+         Written by `cargo run --release -p facemill-tests --bin blades-table > docs/blades.md`.\n\n\
+         | blade | hub | side | triangles | CC points | planned | passes, m | largest gouge / budget, mm | findings |\n\
+         |---|---|---|---|---|---|---|---|---|\n",
+    );
+    for o in outcomes {
+        let hub = if o.hub { "with" } else { "without" };
+        let start = format!("| {} | {hub} | {} |", o.file, o.side);
+        match &o.result {
+            Err(why) => {
+                // The folder the job was in is of no interest.
+                let why = why.to_string().rsplit('/').next().unwrap_or_default().replace('|', "/");
+                text += &format!("{start} | | | | | {why} |\n");
+            }
+            Ok(planned) => {
+                let report = &planned.report;
+                let triangles =
+                    report.meshes[1].repair.get("n_triangles_in").map_or(String::new(), ToString::to_string);
+                text += &format!(
+                    "{start} {triangles} | {} | {:.2} % | {:.2} | {:.3} / {:.3} | {} |\n",
+                    report.totals.cc_points,
+                    100.0 * report.totals.planned_fraction,
+                    report.totals.passes_length_mm / 1000.0,
+                    report.worst.gouge_mm.unwrap_or(0.0),
+                    report.budgets[0].against_mesh_mm,
+                    if report.findings.is_empty() { "none".to_owned() } else { report.findings.len().to_string() },
+                );
+            }
+        }
+    }
+    text
+}
