@@ -15,7 +15,7 @@ const ROOT: [f64; 2] = [0.242, 0.548];
 const FACE_TO: f64 = 0.998;
 
 /// Radii between which the ball nose mill cuts the edges, over that of the tip.
-const EDGES: [f64; 2] = [0.228, FACE_TO];
+const EDGES: [f64; 2] = [0.26, 0.994];
 
 /// Radii between which the ball nose mill cuts the strip of a side beside the fillet, over that of
 /// the tip.
@@ -37,15 +37,14 @@ const HUB: [f64; 2] = [-0.016, 0.088];
 /// nose mill and the fillet, over the radius of the tip.
 const BESIDE: f64 = 0.076;
 
-/// Normal of the plane along the middle of a blade's root, and its level behind the leading edge,
-/// over the radius of the tip: up to there fillet and hub belong to the side.
-const ROOT_PLANE: ([f64; 3], f64) = ([0.0, 0.9015, -0.4327], 0.01);
+/// Normal of the plane along the middle of a blade's root.
+const ROOT_PLANE: [f64; 3] = [0.0, 0.9015, -0.4327];
 
 /// Parts of a fillet with the hub beside it. In each, the ball nose mill points between blade and
 /// hub and away from the neighbour.
 const PARTS: [FilletPart; 2] = [
-    FilletPart { name: "fillet low", z: [-0.308, 0.03], at: [0.114, -0.16, -0.14], angle: -66.0, rise: 0.2 },
-    FilletPart { name: "fillet up", z: [0.02, 0.332], at: [0.19, 0.0, 0.16], angle: -8.0, rise: 0.5 },
+    FilletPart { name: "fillet low", z: [-0.308, 0.03], at: [0.114, -0.16, -0.14], angle: -66.0, rise: 0.2, to: 0.01 },
+    FilletPart { name: "fillet up", z: [0.02, 0.332], at: [0.19, 0.0, 0.16], angle: -8.0, rise: 0.5, to: -0.016 },
 ];
 
 /// Part of a fillet; lengths over the radius of the tip.
@@ -59,6 +58,9 @@ struct FilletPart {
     /// distance across.
     angle: f64,
     rise: f64,
+    /// Distance from the plane along the middle of the root up to which fillet and hub belong to
+    /// the side.
+    to: f64,
 }
 
 /// Height of the work above the table, over the diameter: with the tool level, the head passes
@@ -218,9 +220,8 @@ impl Side<'_> {
         let (wide, [low, high]) = (round_to(0.26 * tip, 1), part.z.map(|z| round_to(z * tip, 1)));
         let region = &mut fillet["path"]["strategy"]["region"];
         region["box"] = json!({ "min_mm": [-wide, -wide, low], "max_mm": [wide, wide, high] });
-        let (normal, behind) = ROOT_PLANE;
         region["between"] = json!({ "parallel_planes": {
-            "normal": normal, "from_mm": round_to(-0.4 * tip, 1), "to_mm": round_to(behind * tip, 1),
+            "normal": ROOT_PLANE, "from_mm": round_to(-0.4 * tip, 1), "to_mm": round_to(part.to * tip, 1),
         } });
         let (sin, cos) = part.angle.to_radians().sin_cos();
         let away = [cos, sin, part.rise].map(|c| 3.0 * tip * c);
@@ -237,6 +238,9 @@ impl Side<'_> {
             region.remove("extend_mm");
         }
         rough["layers"]["depth_mm"] = json!(self.sample.from());
+        // The fillet is narrow: longer steps cut its corners.
+        rough["tolerances"]["max_step_mm"] = fillet["tolerances"]["max_step_mm"].clone();
+        rough["tolerances"]["path_chord_mm"] = json!(0.03);
         rough
     }
 
