@@ -102,7 +102,12 @@ fn the_apt_file_of_a_plan_is_posted_for_all_controls_on_three_machines() {
         let machine = preset(&job, name);
         for dialect in Dialect::ALL {
             let mount = if name == "head-b-table-c" { "0,0,300" } else { "0,0,100" };
-            let options = ["--machine", &machine, "--tool", &tool, "--dialect", dialect.name(), "--mount", mount];
+            let mut options =
+                vec!["--machine", &machine, "--tool", &tool, "--dialect", dialect.name(), "--mount", mount];
+            if dialect == Dialect::LinuxCnc {
+                // Its interpreter has no work offset: words are those of the machine.
+                options.extend(["--work-offset", "0,0,0"]);
+            }
             let (code, printed, errors) = post(&job, "program.apt", &options);
             assert_eq!(code, 0, "{name} {}: {printed}{errors}", dialect.name());
             if dialect == Dialect::LinuxCnc {
