@@ -256,6 +256,9 @@ fn main_programs_with_subprograms_are_verified_as_they_are_written() {
     }
 }
 
+/// A motion as read: its kind, its words and its feed.
+type ReadMove = (MotionKind, Vec<(String, f64)>, String);
+
 /// New feeds, links and lengths of a main program with subprograms are those of the flat one, and
 /// the new program has the blocks of its subprograms in place of the calls.
 #[test]
@@ -266,7 +269,7 @@ fn feeds_links_and_lengths_of_called_subprograms_are_those_of_the_flat_program()
         planned(&job);
         let dialect = Dialect::ALL.into_iter().find(|d| d.name() == name).expect("a control");
         let ending = CONTROLS.into_iter().find(|(of, _)| *of == name).expect("a control").1;
-        let moves = |file: &str| -> Vec<(MotionKind, Vec<(String, f64)>, String)> {
+        let moves = |file: &str| -> Vec<ReadMove> {
             let program = read_program(text_of(&job, file).as_bytes(), dialect).expect("a program");
             let of = |m: &facemill::nc_program::read::ReadMotion| {
                 let word = |(letter, at): (facemill::nc_program::AxisLetter, AxisAt)| match at {

@@ -30,7 +30,7 @@ fn samples() -> Vec<Vec<TriMesh>> {
     vec![
         vec![ball.clone()],
         // A cavity, which is inside of the outer one.
-        vec![ball.clone(), small.reversed()],
+        vec![ball.clone(), small.clone().reversed()],
         vec![ring.clone(), moved(&ball, [140.0, 10.0, -30.0])],
         // Shells that overlap.
         vec![ring, moved(&small, [50.0, 0.0, 0.0])],

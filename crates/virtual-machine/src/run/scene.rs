@@ -93,7 +93,7 @@ pub(crate) enum Role {
 
 enum SceneMesh<'a> {
     Borrowed(&'a dyn Interference),
-    Own(MeshTree),
+    Own(Box<MeshTree>),
 }
 
 /// Distance that the cutter keeps from an obstacle in a move.
@@ -370,14 +370,14 @@ impl<'a> SceneObstacle<'a> {
             meets_cutter: links.between(Link::Tool, Link::Body(index)) > 0,
             counts: stands_still || body.carrier() == Some(Carrier::OtherHead),
             body: Some(index),
-            mesh: SceneMesh::Own(MeshTree::new(&mesh)),
+            mesh: SceneMesh::Own(Box::new(MeshTree::new(&mesh))),
         })
     }
 
     pub(crate) fn mesh(&self) -> &dyn Interference {
         match &self.mesh {
             SceneMesh::Borrowed(mesh) => *mesh,
-            SceneMesh::Own(mesh) => mesh,
+            SceneMesh::Own(mesh) => &**mesh,
         }
     }
 }
