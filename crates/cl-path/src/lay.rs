@@ -440,7 +440,7 @@ impl ClPasses {
             self.below.widen(-contact.stand_off, point.line);
         }
         self.length_in_passes += points.windows(2).map(|w| (w[1].cl.tip - w[0].cl.tip).norm()).sum::<f64>();
-        self.turns.add_pass(&points.iter().map(|p| (p.cl, p.line)).collect::<Vec<_>>());
+        self.turns.add_pass(&points.iter().map(|p| (p.cl, p.cc.position, p.line)).collect::<Vec<_>>());
         self.passes.push(ClPass { points });
     }
 }

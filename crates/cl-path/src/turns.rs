@@ -1,6 +1,7 @@
 //! Turns of the tool axis of a file along its passes.
 
 use facemill_cl_data::ClPoint;
+use nalgebra::Point3;
 
 /// Turns of the tool axis from one point of the file to the next, in passes.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -9,8 +10,8 @@ pub struct AxisTurns {
     pub largest: f64,
     /// Line of the point to which it leads; `None` where the axis does not turn.
     pub line: Option<u32>,
-    /// Number of jumps: turns by more than [`JUMP_DEG`], and by more than that per mm of the tip's
-    /// way.
+    /// Number of jumps: turns by more than [`JUMP_DEG`], and by more than that per mm of the way of
+    /// the contact.
     pub jumps: usize,
     /// Line of the first of them.
     pub first_jump: Option<u32>,
@@ -24,15 +25,15 @@ pub const JUMP_DEG: f64 = 5.0;
 const ROUNDING: f64 = 1e-9;
 
 impl AxisTurns {
-    /// Adds the poses of a pass in the file's order with their lines; poses inserted on the way to
-    /// a point have its line.
-    pub(crate) fn add_pass(&mut self, poses: &[(ClPoint, u32)]) {
+    /// Adds the poses of a pass in the file's order with their contacts and lines; poses inserted
+    /// on the way to a point have its line.
+    pub(crate) fn add_pass(&mut self, poses: &[(ClPoint, Point3<f64>, u32)]) {
         let (mut turn, mut way) = (0.0, 0.0);
         for (k, ends) in poses.windows(2).enumerate() {
-            let [(before, _), (after, line)] = [ends[0], ends[1]];
+            let [(before, from, _), (after, to, line)] = [ends[0], ends[1]];
             turn += angle(&before, &after);
-            way += (after.tip - before.tip).norm();
-            if poses.get(k + 2).is_none_or(|next| next.1 != line) {
+            way += (to - from).norm();
+            if poses.get(k + 2).is_none_or(|next| next.2 != line) {
                 self.add(turn, way, line);
                 (turn, way) = (0.0, 0.0);
             }

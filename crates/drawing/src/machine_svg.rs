@@ -10,7 +10,7 @@ use facemill_inverse_kinematics::{Axis, AxisKind, AxisValues, Carrier, Machine};
 use nalgebra::{Point3, Vector3};
 
 use crate::machine_svg::pivots::{Chain, Pivot, named};
-use crate::machine_svg::view::{VIEWS, View};
+use crate::machine_svg::view::{SheetView, VIEWS};
 use crate::svg_text::{INK, LEADING, SIZE, draw_lines, escape, lines, more_lines, text_width};
 
 /// Room of symbols around the points of a view, in pixels.
@@ -133,18 +133,24 @@ impl Sheet {
         self.corner(2)[1] + self.extent(1) + 24.0
     }
 
-    fn views(&self) -> impl Iterator<Item = View> + '_ {
+    fn views(&self) -> impl Iterator<Item = SheetView> + '_ {
         VIEWS.iter().enumerate().map(|(k, of)| {
             let [x, y] = self.corner(k);
             let origin = [x + PAD - self.low[of.right] * self.scale, y + PAD + self.high[of.up] * self.scale];
-            View { of, corner: [x, y], size: [self.extent(of.right), self.extent(of.up)], origin, scale: self.scale }
+            SheetView {
+                of,
+                corner: [x, y],
+                size: [self.extent(of.right), self.extent(of.up)],
+                origin,
+                scale: self.scale,
+            }
         })
     }
 
     /// Draws the offsets: along x below the front view, along y below the side view, along z
     /// between both.
     fn draw_dimensions(&self, svg: &mut String, pivots: &[Pivot]) {
-        let views: Vec<View> = self.views().collect();
+        let views: Vec<SheetView> = self.views().collect();
         for (k, view) in [(0, &views[0]), (1, &views[1]), (2, &views[0])] {
             for (lane, pivot) in pivots.iter().filter(|pivot| pivot.is_seen(k)).enumerate() {
                 let [from, to] = [pivot.from, pivot.to].map(|p| view.at(&p));
@@ -206,7 +212,7 @@ fn draw_dimension(svg: &mut String, points: [[f64; 2]; 2], from: [f64; 2], to: [
     );
 }
 
-fn draw_view(svg: &mut String, view: &View, chains: &[Chain], heads: &[Machine]) {
+fn draw_view(svg: &mut String, view: &SheetView, chains: &[Chain], heads: &[Machine]) {
     let ([x, y], [width, height]) = (view.corner, view.size);
     let _ = writeln!(
         svg,
@@ -234,7 +240,7 @@ fn draw_view(svg: &mut String, view: &View, chains: &[Chain], heads: &[Machine])
 }
 
 /// Draws the table's origin: its level, or its circle from above.
-fn draw_table(svg: &mut String, view: &View) {
+fn draw_table(svg: &mut String, view: &SheetView) {
     let [x, y] = view.at(&Point3::origin());
     let _ = if view.of.up == 2 {
         writeln!(svg, r#"<path d="M{:.2},{:.2} h72" stroke="{TABLE}" stroke-width="5"/>"#, x - 36.0, y + 2.5)
@@ -251,7 +257,7 @@ fn draw_table(svg: &mut String, view: &View) {
 }
 
 /// Draws the spindle nose, which widens into the spindle, with a tool.
-fn draw_nose(svg: &mut String, view: &View, chain: &Chain) {
+fn draw_nose(svg: &mut String, view: &SheetView, chain: &Chain) {
     let [x, y] = view.at(&chain.nose);
     let [u, v] = view.along(&chain.spindle);
     if u.hypot(v) > 0.2 {
@@ -281,7 +287,7 @@ fn draw_nose(svg: &mut String, view: &View, chain: &Chain) {
 /// right-handed, and where it leans out of the view with its turn and a dot or a cross.
 fn draw_rotary(
     svg: &mut String,
-    view: &View,
+    view: &SheetView,
     (point, direction): (&Point3<f64>, &Vector3<f64>),
     letter: &str,
     k: usize,

@@ -632,7 +632,7 @@ fn machine_check_finds_a_swapped_sense_from_two_poses() {
     assert!(code == 2 && text.contains("DO NOT AGREE"), "{text}");
     assert!(errors.contains("mill.json") && errors.contains("another sign of sense of C"), "{errors}");
     let (code, text, errors) = check("--table-tilt 0,0,-62.48", &[]);
-    let expected = "another sign of Z of the B axis, seen from the table's origin";
+    let expected = "other sign of Z of the B axis, seen from the table's origin";
     assert!(code == 2 && text.contains(expected) && errors.contains(expected), "{text}{errors}");
     // Both wrong at once.
     let (code, _, errors) = check("--table-tilt 0,0,-62.48 --reversed B", &[]);

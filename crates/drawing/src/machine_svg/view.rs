@@ -20,7 +20,7 @@ pub(crate) const VIEWS: [ViewKind; 3] = [
 ];
 
 /// A view at its place of the sheet.
-pub(crate) struct View {
+pub(crate) struct SheetView {
     pub(crate) of: &'static ViewKind,
     /// Left and top edge, width and height, pixels.
     pub(crate) corner: [f64; 2],
@@ -31,7 +31,7 @@ pub(crate) struct View {
     pub(crate) scale: f64,
 }
 
-impl View {
+impl SheetView {
     /// Returns the place of a point, pixels: y grows downward.
     pub(crate) fn at(&self, p: &Point3<f64>) -> [f64; 2] {
         let [u, v] = self.along(&p.coords);

@@ -146,7 +146,7 @@ const SAME_PLACE: f64 = 1e-6;
 /// senses of axes, places of rotary axes, and the place of the nose above the table.
 ///
 /// Tip and table are those of the forward solution. First each sign alone is swapped, then every
-/// pair of them. Signs that are told apart by no pose are all listed. Senses of linear axes are
+/// pair of them. Signs that no pose distinguishes are all listed. Senses of linear axes are
 /// among them where the point is known.
 ///
 /// ```
@@ -408,8 +408,8 @@ impl TouchCheck {
         }
         for fault in &self.faults {
             lines.push(format!(
-                "  with another sign of {}: {:.4} mm apart",
-                joined(&fault.signs, ", and of "),
+                "  with the other sign of {}: {:.4} mm apart",
+                joined(&fault.signs, " and of "),
                 fault.apart
             ));
         }
@@ -417,7 +417,7 @@ impl TouchCheck {
             lines.push("  no other sign of one value or two explains it: measure pivots and readings again".to_owned());
         }
         if self.faults.len() > 1 {
-            lines.push("  these poses do not tell them apart: add one with other rotary readings".to_owned());
+            lines.push("  these poses do not distinguish them: add one with other rotary readings".to_owned());
         }
         if !self.untested.is_empty() {
             lines.push(format!("  signs that these poses do not test: {}", joined(&self.untested, "; ")));

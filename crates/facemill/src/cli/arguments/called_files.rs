@@ -13,7 +13,7 @@ use facemill::{Failure, Job, files};
 use crate::cli::arguments::program::ProgramOfJob;
 use crate::cli::output::say;
 
-/// What a command says that writes a new program.
+/// Remark of a command that writes a new program.
 pub(crate) const CALLS_IN_PLACE: &str = "the new program has the blocks of subprograms in place of their calls\n";
 
 /// A program whose calls were expanded.
@@ -71,8 +71,8 @@ impl<'a> CalledProgram<'a> {
         Ok(Some(called))
     }
 
-    /// Returns the text that runs for a new program: lines of a control that numbers every line count
-    /// on.
+    /// Returns the text that runs for a new program: lines of a control that numbers every line
+    /// count on.
     pub(crate) fn numbered(text: Vec<u8>, dialect: Dialect) -> Vec<u8> {
         if dialect == Dialect::Heidenhain { renumbered(&text) } else { text }
     }

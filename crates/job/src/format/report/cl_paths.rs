@@ -48,7 +48,7 @@ pub struct ClPathReport {
     /// Largest turn of the file's tool axis from one of its points to the next in a pass.
     pub largest_turn: FileAngleReport,
     /// Number of places in passes where this axis jumps: it turns by more than 5 deg, and by more
-    /// than 5 deg per mm of the tip's way. Where axes are kept, the plan has these jumps.
+    /// than 5 deg per mm of the way of the contact. Where axes are kept, the plan has these jumps.
     pub axis_jumps: usize,
     /// Line of the first of them.
     pub first_line_axis_jump: Option<u32>,
