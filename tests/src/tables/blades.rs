@@ -61,13 +61,7 @@ pub fn sides(file: &'static str, hub: bool, spread: f64) -> Vec<BladeOutcome> {
 /// The table of outcomes as Markdown.
 pub fn markdown(outcomes: &[BladeOutcome]) -> String {
     let mut text = String::from(
-        "# Blades from public sources\n\n\
-         Both sides of every blade of the shared data at their real size, planned as `facemill new blade --from FILE.inf` writes their \
-         jobs ([recipe](cookbook.md#blade-from-a-bladegen-file)): head-B, table-C mill, face mill D8 r0.3, parallel planes across the \
-         span. *Planned* is the part of the CC points in the written program, the largest gouge is that of the program against the \
-         mesh, measured by the virtual machine, and the budget is what may appear there. Findings are faults of the program.\n\n\
-         Written by `cargo run --release -p facemill-tests --bin blades-table > docs/blades.md`.\n\n\
-         | blade | hub | side | triangles | CC points | planned | passes, m | largest gouge / budget, mm | findings |\n\
+        "| blade | hub | side | triangles | CC points | planned | passes, m | largest gouge / budget, mm | findings |\n\
          |---|---|---|---|---|---|---|---|---|\n",
     );
     for o in outcomes {
