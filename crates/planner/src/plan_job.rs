@@ -1,5 +1,6 @@
 //! All setups of a job, each on the stock that earlier ones leave.
 
+use std::collections::BTreeMap;
 use std::ops::Range;
 
 use facemill_job::failure::Failure;
@@ -100,6 +101,7 @@ fn planned_setups<'j, T>(
     let _sharing = job.share_meshes();
     let mut all: Vec<PlannedOrEmpty<T>> = Vec::new();
     let mut programs = job.programs.clone();
+    let mut inputs = BTreeMap::new();
     let first = setups.start;
     for index in setups {
         // Setups in which nothing is to be cut leave the rest of those before them.
@@ -118,6 +120,7 @@ fn planned_setups<'j, T>(
             }
             planned => {
                 let (planned, read) = planned?;
+                unchanged(job, &mut inputs, &planned)?;
                 let program = planned.program_to_run().map(|(name, text)| (name.into(), text.to_vec()));
                 programs.add(index, program, job.post.dialect());
                 let kept = keep(&planned, read);
@@ -126,4 +129,15 @@ fn planned_setups<'j, T>(
         }
     }
     Ok(all)
+}
+
+/// Checks that a setup was made from files as those before it were: meshes are read once for all.
+fn unchanged(job: &Job, inputs: &mut BTreeMap<String, String>, planned: &Planned) -> Result<(), Failure> {
+    for input in &planned.report.made_from.inputs {
+        let before = inputs.insert(input.file.clone(), input.blake3.clone());
+        if before.is_some_and(|before| before != input.blake3) {
+            return Err(job.wrong(format!("{} has changed while the job was planned; plan it again", input.file)));
+        }
+    }
+    Ok(())
 }

@@ -319,6 +319,7 @@ fn bull_nose() -> Value {
 /// Returns a ball nose mill that reaches the fillets, and cuts to its centre.
 fn ball_nose() -> Value {
     let mut tool = long_mill("ball nose D20", 3, (10.0, 10.0), (30.0, 170.0), [18.0, 29.0]);
+    // It cuts to its centre: what it may ramp is a matter of feed, which follows the removal rate.
     tool["max_ramp_angle_deg"] = json!(40.0);
     tool
 }

@@ -4,13 +4,15 @@
 
 use std::f64::consts::TAU;
 
+use facemill::planner::plan_job_with_setups;
 use facemill::surface_model::TriMesh;
+use facemill::{Job, PlanSettings, SilentStages};
 use facemill_tests::jobs::{JobFolder, unfinished};
 use facemill_tests::oracles::brute::Bins;
 use facemill_tests::oracles::interpreter::Motion;
 use facemill_tests::oracles::read_back::{KeepOutMesh, TipAndAxis, number};
 use facemill_tests::variants::{
-    Written, box_obj, plan, planned, tiny_patch, tiny_patch_planned, with_long_flute, written,
+    Written, blink_patch, box_obj, plan, planned, tiny_patch, tiny_patch_planned, with_long_flute, write_patch, written,
 };
 use nalgebra::Point3;
 use serde_json::{Value, json};
@@ -247,4 +249,25 @@ fn two_setups_write_two_complete_programs() {
     assert_eq!(moves(alone), moves(&top));
     // The other is another: the waves lie across the passes.
     assert_ne!(moves(&top), moves(&turned));
+}
+
+#[test]
+fn a_mesh_that_changes_while_its_setups_are_planned_is_an_error() {
+    let job = blink_patch();
+    let mut file = job.json("job.json");
+    let (mut setup, mut operation) = (file["setups"][0].clone(), file["operations"][0].clone());
+    file["operations"][0]["setup"] = setup["name"].clone();
+    setup["name"] = json!("again");
+    operation["name"] = json!("again");
+    operation["setup"] = json!("again");
+    file["setups"].as_array_mut().expect("setups").push(setup);
+    file["operations"].as_array_mut().expect("operations").push(operation);
+    job.write("job.json", file.to_string().as_bytes());
+    let read = Job::read(&job.job()).expect("a job");
+    let settings = || PlanSettings { verify: true, certificates: false };
+    let both = plan_job_with_setups(&read, settings(), None, &SilentStages, |_, _| ()).expect("two plans");
+    assert_eq!(both.len(), 2);
+    let changed = plan_job_with_setups(&read, settings(), None, &SilentStages, |_, _| write_patch(&job, 31));
+    let why = changed.err().expect("a fault").to_string();
+    assert!(why.contains("patch.obj has changed while the job was planned"), "{why}");
 }

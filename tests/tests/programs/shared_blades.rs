@@ -30,7 +30,7 @@ fn are_planned(outcomes: Vec<BladeOutcome>) {
         assert!(report.totals.cc_points >= 500, "{name}: only {} CC points", report.totals.cc_points);
         let fraction = report.totals.planned_fraction;
         assert!(fraction >= 0.99, "{name}: {fraction}: {:?}", report.infeasible);
-        let deep = report.worst.gouge_mm.unwrap_or(0.0);
+        let deep = report.worst.gouge_mm.expect("a measured depth");
         assert!(deep <= report.budgets[0].against_mesh_mm, "{name}: {deep} mm deep");
     }
 }

@@ -31,8 +31,7 @@ pub(crate) fn lines_to_refine(
     gouged.chain(open).collect()
 }
 
-/// Returns the lines of blocks in which the tool assembly comes nearer to an obstacle than its
-/// clearances permit, as after the stock was cut.
+/// Returns the lines of blocks in which the tool assembly comes nearer than its clearances permit.
 pub(crate) fn lines_too_near(runs: &[Verification]) -> BTreeSet<u32> {
     let is_near =
         |f: &&Finding| matches!(f.kind, FindingKind::NearMiss | FindingKind::Collision | FindingKind::HolderCollision);

@@ -77,23 +77,24 @@ impl<'a, H: Heads<'a, N>, const N: usize> HeadsProgram<'_, 'a, H, N> {
         let (mut added_poses, mut round, mut near_rounds) = (0, 0, 0);
         loop {
             round += 1;
-            let (texts, mut verifications, certificates) = self.refined(&mut added_poses, clock)?;
+            let (texts, mut verifications, certificates) =
+                self.refined(&mut added_poses, if near_rounds == 0 { ROUNDS } else { 1 }, clock)?;
             let certified = certificates.iter().flatten().flat_map(|c| &c.certificates);
             let open: Vec<u32> = certified.filter(|c| !c.certified).map(|c| c.line).collect();
-            if self.take_back(&texts, verifications.as_ref(), &open, round == LINK_ROUNDS) {
+            if self.take_back(&texts, verifications.as_ref(), &open, round >= LINK_ROUNDS) {
                 continue;
             }
             self.check_feeds(&texts, verifications.as_ref())?;
             let (cut, seen) = self.cut(&texts, verifications.as_mut())?;
             clock.lap("cut the stock");
-            if self.take_back(&texts, verifications.as_ref(), &open, round == LINK_ROUNDS) {
+            if self.take_back(&texts, verifications.as_ref(), &open, round >= LINK_ROUNDS) {
                 continue;
             }
             // Postures keep the clearances, but between them the tool may come nearer.
             near_rounds += 1;
-            if near_rounds < ROUNDS {
-                let lines = verifications.as_ref().map_or_else(BTreeSet::new, |runs| lines_too_near(runs));
-                let put_in = self.heads.refine(&mut self.moves, &texts, &lines);
+            if let Some(runs) = verifications.as_ref().filter(|_| near_rounds < ROUNDS) {
+                let put_in = self.heads.refine(&mut self.moves, &texts, &lines_too_near(runs));
+                clock.lap("mend");
                 added_poses += put_in;
                 if put_in > 0 {
                     continue;
@@ -106,7 +107,12 @@ impl<'a, H: Heads<'a, N>, const N: usize> HeadsProgram<'_, 'a, H, N> {
     }
 
     /// Writes the program until no block needs refinement, or the rounds are used up.
-    fn refined(&mut self, added_poses: &mut usize, clock: &mut Clock) -> Result<VerifiedTexts<H::Texts, N>, Failure> {
+    fn refined(
+        &mut self,
+        added_poses: &mut usize,
+        rounds: usize,
+        clock: &mut Clock,
+    ) -> Result<VerifiedTexts<H::Texts, N>, Failure> {
         for round in 1.. {
             let writing = self.stages.start(WRITE, 0);
             let texts = self.heads.write(&self.moves, self.settings.verify)?;
@@ -120,7 +126,7 @@ impl<'a, H: Heads<'a, N>, const N: usize> HeadsProgram<'_, 'a, H, N> {
             let of_head =
                 |h: usize| lines_to_refine(verifications.as_ref().map(|v| &v[h]), certificates.as_ref().map(|c| &c[h]));
             let lines: BTreeSet<u32> = (0..N).flat_map(of_head).collect();
-            let put_in = if round == ROUNDS { 0 } else { self.heads.refine(&mut self.moves, &texts, &lines) };
+            let put_in = if round == rounds { 0 } else { self.heads.refine(&mut self.moves, &texts, &lines) };
             clock.lap("mend");
             if put_in == 0 {
                 return Ok((texts, verifications, certificates));

@@ -1,7 +1,5 @@
-use nalgebra::{Point3, Unit, Vector3};
-
 use crate::propeller::anti_singing::{AntiSingingEdge, SectionChamfer};
-use crate::propeller::blade_section::{BladeSection, BladeSide, Naca66, Profile, rounding};
+use crate::propeller::blade_section::{BladeSection, Naca66, Profile, rounding};
 use crate::propeller::offset_form::OffsetForm;
 use crate::propeller::spec::{PropellerShape, PropellerSpec};
 use crate::propeller::table::{Hand, PropellerTable, TableSections, TableThickness};
@@ -81,22 +79,6 @@ pub(crate) fn chord_spline(points: impl DoubleEndedIterator<Item = (f64, f64)>) 
 /// A spline through table rows as they are.
 pub(crate) fn table_spline(points: impl Iterator<Item = (f64, f64)>) -> CubicSpline {
     CubicSpline::new(points, NotAKnot, NotAKnot)
-}
-
-/// Step of the difference quotients of normals: over the radius at the tip, and in rad of the chord
-/// angle. Larger: curvature between the steps counts. Smaller: round-off does.
-const NORMAL_STEP: f64 = 1e-5;
-
-/// Point of a section at the angle β of the chord fraction (1 − cos β)/2, in which both edges are
-/// smooth: beyond them it goes on along the other side.
-fn wrapped(section: &BladeSection<'_>, side: BladeSide, angle: f64) -> Point3<f64> {
-    let other = match side {
-        BladeSide::Suction => BladeSide::Pressure,
-        BladeSide::Pressure => BladeSide::Suction,
-    };
-    let is_beyond = !(0.0..=std::f64::consts::PI).contains(&angle);
-    let sine = (0.5 * angle).sin();
-    section.point(if is_beyond { other } else { side }, (sine * sine).min(1.0))
 }
 
 impl BladeSurface {
@@ -205,41 +187,6 @@ impl BladeSurface {
             profile,
             chamfer: None,
         }
-    }
-
-    /// Outward unit normal of a side at a radius in mm and a chord fraction from 0 to 1, to 1e-6
-    /// rad: difference quotients of the surface over a hundred-thousandth of radius and chord
-    /// angle.
-    ///
-    /// At the leading and trailing edge it is the normal of the nose, on both sides the same; at
-    /// the corner of an anti-singing edge, of either facet. `None` outside the radii between
-    /// the root and the rounding of the tip, and where the surface is degenerate.
-    pub fn normal(&self, side: BladeSide, radius: f64, chord_fraction: f64) -> Option<Unit<Vector3<f64>>> {
-        let tip = 0.5 * self.spec.diameter();
-        let range = [0.8 * self.spec.hub_radius(), tip * (1.0 - self.tip_rounding_ratio())];
-        if !(radius >= range[0] && radius <= range[1] && (0.0..=1.0).contains(&chord_fraction)) {
-            return None;
-        }
-        let step = NORMAL_STEP * tip;
-        // Inside the range on both sides.
-        let middle = radius.clamp(range[0] + step, range[1] - step);
-        let angle = (1.0 - 2.0 * chord_fraction).clamp(-1.0, 1.0).acos();
-        let of = |side: BladeSide, angle: f64| {
-            let at = |radius: f64, angle: f64| wrapped(&self.section(radius), side, angle).coords;
-            let [low, high] = [middle - step, middle + step].map(|radius| at(radius, angle));
-            // Of a parabola through three radii the slope at the given one.
-            let outward = (high - low) / (2.0 * step)
-                + (high + low - 2.0 * at(middle, angle)) * ((radius - middle) / (step * step));
-            let around = (at(radius, angle + NORMAL_STEP) - at(radius, angle - NORMAL_STEP)) / (2.0 * NORMAL_STEP);
-            around.cross(&outward)
-        };
-        let normal = of(side, angle);
-        // At half the chord, away from the other side.
-        let half = std::f64::consts::FRAC_PI_2;
-        let section = self.section(radius);
-        let thickness = section.point(BladeSide::Suction, 0.5) - section.point(BladeSide::Pressure, 0.5);
-        let is_out = of(side, half).dot(&thickness) > 0.0;
-        Unit::try_new(if is_out == (side == BladeSide::Suction) { normal } else { -normal }, 1e-12 * tip * tip)
     }
 
     /// Share of the circle at a radius in mm that the chords of all blades cover, seen along the
