@@ -1,4 +1,4 @@
-//! The sector of a hub around a lofted blade, as a shell that the blade stands on.
+//! The sector of a hub around a lofted blade, as a shell that carries the blade.
 
 use std::collections::BTreeMap;
 use std::f64::consts::PI;

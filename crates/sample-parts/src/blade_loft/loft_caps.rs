@@ -14,7 +14,7 @@ const MOST_ROUNDS: usize = 40;
 /// lines across. Smaller: facets between three points of a flat edge, which other facets cut.
 const THIN: f64 = 0.01;
 
-/// What a mesh has beside its triangles.
+/// Vertex data that a mesh has beside its triangles.
 #[derive(Default)]
 pub(crate) struct MeshInWork {
     /// Normal of each vertex.
