@@ -43,6 +43,9 @@ pub enum LoftEnd {
     },
 }
 
+/// Most points of a polyline: the foot of every point of the blade is sought on all of it.
+const MOST_POINTS: usize = 5000;
+
 /// Smallest side of a meridional polyline, mm.
 const LEAST_SIDE: f64 = 1e-9;
 
@@ -61,18 +64,22 @@ pub(crate) struct RevolvedWall {
 }
 
 impl RevolvedWall {
-    /// The wall, of which a point of the blade's middle is on the good side; angles count from
-    /// there.
+    /// The wall, of which most points of the blade at half of its span are on the good side; angles
+    /// count from the first of them. Their mean may be on the other side: of an impeller it is
+    /// inside the bend.
     pub(crate) fn new(
         name: &'static str,
         axis: &Unit<Vector3<f64>>,
         points: &[Point3<f64>],
-        middle: &Point3<f64>,
+        blade: &[Point3<f64>],
     ) -> Result<Self, LoftError> {
         let along = axis.into_inner();
-        let out = Unit::try_new(middle.coords - along * along.dot(&middle.coords), 0.0);
+        let out = blade.first().and_then(|p| Unit::try_new(p.coords - along * along.dot(&p.coords), 0.0));
         let wrong = |what| LoftError::WrongWall { wall: name, what };
         let out = out.ok_or(wrong("has the middle of the blade on its axis"))?.into_inner();
+        if points.len() > MOST_POINTS {
+            return Err(wrong("has more than 5000 points; leave out some of them"));
+        }
         let frame = [along, out, along.cross(&out)];
         let mut flat: Vec<Point2<f64>> = Vec::new();
         for point in points {
@@ -93,8 +100,14 @@ impl RevolvedWall {
             Some(*sum)
         }));
         let mut wall = Self { frame, points: flat, lengths, sense: 1.0 };
-        wall.sense = wall.height(middle).signum();
+        let above = blade.iter().filter(|p| wall.height(p) > 0.0).count();
+        wall.sense = if 2 * above >= blade.len() { 1.0 } else { -1.0 };
         Ok(wall)
+    }
+
+    /// Smallest radius of the polyline's points, mm.
+    pub(crate) fn smallest_radius(&self) -> f64 {
+        self.points.iter().map(|p| p.y).fold(f64::INFINITY, f64::min)
     }
 
     /// Distance from the wall, positive on the side of the blade.

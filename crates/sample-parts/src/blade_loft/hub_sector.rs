@@ -18,6 +18,9 @@ const MIDDLE_PLACES: u32 = 9;
 /// across the hub fan out: facets before a flat edge would have no area otherwise.
 const FAN: [f64; 2] = [0.1, 0.25];
 
+/// Share of a range of the wall within which a corner counts as the range's end.
+const LEAST: f64 = 1e-3;
+
 /// A sector of the hub to be made.
 pub(crate) struct HubSectorMesh<'w> {
     pub(crate) wall: &'w RevolvedWall,
@@ -51,6 +54,12 @@ type HubVertex = (u32, [f64; 2]);
 impl HubSectorMesh<'_> {
     /// Adds the groups `hub` and `hub-ends`: hub, sides, inlet, outlet and inside of the sector.
     pub(crate) fn fill(&self, mesh: &mut GroupedMesh, made: &mut MeshInWork) -> Result<(), LoftError> {
+        if self.sector.n_blades < 2 {
+            return no_sector("a single blade has no neighbour up to which it could go; leave the hub out");
+        }
+        if self.wall.smallest_radius() <= self.sector.thickness {
+            return no_sector("it comes as near to its axis as the sector is thick; begin its curve farther out");
+        }
         let n = self.row.len();
         let places: Vec<[f64; 2]> = self.row.iter().map(|&v| self.wall.place(&mesh.point(v))).collect();
         let by_length = |a: &usize, b: &usize| places[*a][0].total_cmp(&places[*b][0]);
@@ -90,7 +99,7 @@ impl HubSectorMesh<'_> {
 
     /// Lengths of a range of the wall with its corners, each gap in parts.
     fn lengths(&self, [from, to]: [f64; 2]) -> Vec<f64> {
-        let least = 1e-3 * (to - from);
+        let least = LEAST * (to - from);
         let corners = self.wall.lengths.iter().copied().filter(|s| *s > from + least && *s < to - least);
         let ends: Vec<f64> = [from].into_iter().chain(corners).chain([to]).collect();
         let parts = |pair: &[f64]| {
@@ -113,8 +122,10 @@ impl HubSectorMesh<'_> {
         // Corners of the wall stay on lines across: only those between the blade and the next
         // corner fan out.
         let corners = &self.wall.lengths;
-        let before = corners[corners.partition_point(|s| *s < leading).saturating_sub(1)];
-        let behind = corners[corners.partition_point(|s| *s <= trailing).min(corners.len() - 1)];
+        let whole = corners[corners.len() - 1];
+        let nearest = [leading - LEAST * leading, trailing + LEAST * (whole - trailing)];
+        let before = corners[corners.partition_point(|s| *s < nearest[0]).saturating_sub(1)];
+        let behind = corners[corners.partition_point(|s| *s <= nearest[1]).min(corners.len() - 1)];
         let room = FAN[1] * (leading - before).min(behind - trailing);
         let fan = (FAN[0] * (trailing - leading)).min(room);
         let mut along = vec![0.0];

@@ -49,15 +49,12 @@ impl LoftEnds {
     pub(crate) fn of(loft: &BladeLoft, given: &Endwalls, tolerance: f64) -> Result<Self, LoftError> {
         let last = loft.span[loft.span.len() - 1];
         let points = [0.0, 0.5 * last, last].map(|at| loft.points_at(at));
-        let sum = points[1].iter().fold(Vector3::zeros(), |sum, p| sum + p.coords);
-        #[expect(clippy::cast_precision_loss, reason = "far fewer points than 2^52")]
-        let middle = Point3::from(sum / points[1].len() as f64);
         let mut ends = Self::sections();
         for (end, curve) in [&given.hub, &given.shroud].into_iter().enumerate() {
             if curve.is_empty() {
                 continue;
             }
-            let wall = RevolvedWall::new(WALLS[end], &given.axis, curve, &middle)?;
+            let wall = RevolvedWall::new(WALLS[end], &given.axis, curve, &points[1])?;
             let heights = || points[2 * end].iter().map(|p| wall.height(p));
             let [low, high] = [heights().fold(f64::INFINITY, f64::min), heights().fold(f64::NEG_INFINITY, f64::max)];
             ends.kinds[end] = if low < -tolerance {
@@ -80,6 +77,13 @@ impl LoftEnds {
             }
         }
         Ok(ends)
+    }
+
+    /// Vertices of each line across a sector of the hub in so many parts, and corners of the wall;
+    /// none without a sector.
+    pub(crate) fn hub_work(&self, parts: usize) -> [usize; 2] {
+        let wall = self.walls[0].as_ref().filter(|_| self.sector.is_some());
+        wall.map_or([0; 2], |wall| [parts.saturating_mul(4), wall.lengths.len()])
     }
 
     /// Wall that a blade ends on, within the tolerance.

@@ -107,8 +107,11 @@ impl BladeLoft {
         let mut divisions = self.first_divisions(FIRST_SHARE * chord_tolerance);
         for _ in 0..MOST_ROUNDS {
             let [rows, columns] = [&divisions.spans, &divisions.gaps].map(|parts| parts.iter().sum::<usize>());
-            let on_hub = if ends.sector.is_some() { divisions.hub.saturating_mul(4) } else { 0 };
-            if rows.saturating_add(on_hub).saturating_mul(columns) > MOST_VERTICES {
+            // Each line across the hub has so many vertices above and below: lines of columns, and
+            // those before and behind the blade.
+            let [across, corners] = ends.hub_work(divisions.hub);
+            let beside = across.saturating_mul(corners).saturating_mul(divisions.hub);
+            if rows.saturating_add(across).saturating_mul(columns).saturating_add(beside) > MOST_VERTICES {
                 break;
             }
             let made = self.divided(&divisions, &ends, chord_tolerance)?;

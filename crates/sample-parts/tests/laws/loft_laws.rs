@@ -3,7 +3,6 @@
 use std::collections::BTreeSet;
 
 use crate::kit;
-use facemill_blade_file::read_blade;
 use facemill_sample_parts::{BladeLoft, BladeSections, LoftError, LoftedBlade};
 use facemill_test_kit::{Random, open_edges, volume};
 use nalgebra::{Point3, Vector3};
@@ -214,13 +213,7 @@ fn sections_that_are_no_blade_are_refused() {
 #[test]
 fn samples_become_solids_through_their_points() {
     for name in ["rotor37/BladeGen.inf", "hannover_rotor1/1_Rotor1_Blade.inf"] {
-        let Some(path) = kit::shared(&format!("data/blades/{name}")) else { continue };
-        let open = |file: &str| std::fs::read(path.with_file_name(file)).map_err(|e| e.to_string());
-        let file = read_blade(name, &std::fs::read(&path).unwrap(), open).unwrap();
-        let given = BladeSections {
-            sections: file.sections.iter().map(|section| section.points.clone()).collect(),
-            ..BladeSections::default()
-        };
+        let Some((file, given)) = kit::shared_blade(name) else { continue };
         let blade = BladeLoft::new(&given, |p| file.downstream(p)).unwrap().mesh(0.01).unwrap();
         check_solid(&blade, name);
         let (off, mesh) = (off_vertices(&blade, &given.sections), &blade.mesh);

@@ -3,7 +3,6 @@
 use std::collections::BTreeSet;
 
 use crate::kit;
-use facemill_blade_file::read_blade;
 use facemill_sample_parts::{BladeLoft, BladeSections, Endwalls, HubSector, LoftEnd, LoftError, LoftedBlade};
 use facemill_test_kit::Random;
 use nalgebra::{Point2, Point3, Unit, Vector3};
@@ -330,10 +329,77 @@ fn walls_that_fit_no_blade_are_refused() {
     let steep = |w: &mut Endwalls| w.hub = line(cone(behind - 0.1 * (hub - 1.0)), cone(behind + 40.0));
     let why = refused(&steep);
     assert!(matches!(why, LoftError::BeforeWall { wall: "hub", .. } | LoftError::WallsCross { .. }), "{why}");
+    let dense = |w: &mut Endwalls| w.shroud = (0..6000).map(|k| Point3::new(300.0, 0.0, f64::from(k))).collect();
+    assert!(matches!(refused(&dense), LoftError::WrongWall { wall: "shroud", .. }));
+    let single = |w: &mut Endwalls| w.hub_sector = Some(HubSector { n_blades: 1, thickness: 2.0 });
+    let through_axis = |w: &mut Endwalls| w.hub_sector = Some(HubSector { n_blades: 9, thickness: 500.0 });
+    let nose = |w: &mut Endwalls| w.hub.insert(0, Point3::new(0.0, 0.0, w.hub[0].z - 200.0));
+    for why in [refused(&single), refused(&through_axis), refused(&nose)] {
+        assert!(matches!(why, LoftError::NoSector { .. }), "{why}");
+    }
     let many = |w: &mut Endwalls| w.hub_sector = Some(HubSector { n_blades: 900, thickness: 2.0 });
     assert!(matches!(refused(&many), LoftError::NoSector { .. }));
     let short = |w: &mut Endwalls| w.hub.truncate(5);
     assert!(matches!(refused(&short), LoftError::NoSector { .. }));
+}
+
+/// A hub's curve with a corner at the blade's edge, as exports have it, gives a sector.
+#[test]
+fn a_corner_of_the_hub_at_an_edge_of_the_blade_is_no_fault() {
+    let mut random = Random(2_311);
+    for round in 0..6 {
+        let given = random_annulus(&mut random, round % 2 == 1);
+        let walls = given.endwalls(&mut random, Some(2.0));
+        let blade = given.loft().mesh_between(&walls, 0.1).unwrap();
+        let on_hub = group_vertices(&blade, &SIDES);
+        let on_hub = on_hub.iter().map(|&v| blade.mesh.vertices()[v as usize]);
+        let z: Vec<f64> = on_hub.filter(|p| above(&given.walls[0], p).abs() < 1e-8).map(|p| p.z).collect();
+        let ends = [z.iter().copied().fold(f64::INFINITY, f64::min), z.iter().copied().fold(-f64::INFINITY, f64::max)];
+        for end in ends {
+            for off in [-1e-9, 0.0, 1e-9] {
+                let mut with_corner = walls.clone();
+                let at = end + off;
+                let corner = Point3::new(radius_at(&given.walls[0], at), 0.0, at);
+                let k = with_corner.hub.iter().position(|p| p.z > at).unwrap();
+                with_corner.hub.insert(k, corner);
+                let same =
+                    given.loft().mesh_between(&with_corner, 0.1).unwrap_or_else(|e| panic!("round {round}: {e}"));
+                assert!(kit::is_closed(&same.mesh), "round {round}");
+            }
+        }
+    }
+}
+
+/// Hub and shroud of an impeller are arcs in the meridional plane: the mean of a blade's points is
+/// beyond the shroud, and the blade is still on the inner side of both.
+#[test]
+fn an_impellers_blade_is_between_its_walls() {
+    let around = |bend: f64, phi: f64| Point2::new(bend * phi.sin(), 100.0 - bend * phi.cos());
+    let [hub, shroud] = [64.5, 55.5];
+    let section = |k: i32| -> Vec<Point3<f64>> {
+        let bend = hub + 1.0 - f64::from(k) * (hub - shroud + 2.0) / 3.0;
+        (0..80)
+            .map(|j| {
+                let (sin, cos) = (f64::from(j) * std::f64::consts::TAU / 80.0).sin_cos();
+                let place = around(bend, 0.8 - 0.65 * cos);
+                let angle = 0.05 * sin;
+                Point3::new(place.y * angle.cos(), place.y * angle.sin(), place.x)
+            })
+            .collect()
+    };
+    let given = BladeSections { sections: (0..4).map(section).collect(), ..BladeSections::default() };
+    let wall = |bend: f64| {
+        (0..=60).map(|k| around(bend, 0.03 * f64::from(k) - 0.1)).map(|p| Point3::new(p.y, 0.0, p.x)).collect()
+    };
+    let walls = Endwalls { axis: Vector3::z_axis(), hub: wall(hub), shroud: wall(shroud), hub_sector: None };
+    let blade = BladeLoft::new(&given, |p| p.z).unwrap().mesh_between(&walls, 0.02).unwrap();
+    assert!(kit::is_closed(&blade.mesh) && blade.ends == [LoftEnd::Wall; 2], "{:?}", blade.ends);
+    for &v in &group_vertices(&blade, &SIDES) {
+        let p = blade.mesh.vertices()[v as usize];
+        let bend = p.z.hypot(100.0 - p.x.hypot(p.y));
+        // Polylines in place of the arcs are off them by 0.01 mm.
+        assert!((shroud - 0.02..hub + 0.02).contains(&bend), "{bend}");
+    }
 }
 
 #[test]
@@ -342,13 +408,7 @@ fn samples_end_on_hub_and_shroud() {
         ("rotor37/BladeGen.inf", [LoftEnd::SectionOnWall; 2], 36),
         ("hannover_rotor1/1_Rotor1_Blade.inf", [LoftEnd::Wall; 2], 23),
     ] {
-        let Some(path) = kit::shared(&format!("data/blades/{name}")) else { continue };
-        let open = |file: &str| std::fs::read(path.with_file_name(file)).map_err(|e| e.to_string());
-        let file = read_blade(name, &std::fs::read(&path).unwrap(), open).unwrap();
-        let given = BladeSections {
-            sections: file.sections.iter().map(|section| section.points.clone()).collect(),
-            ..BladeSections::default()
-        };
+        let Some((file, given)) = kit::shared_blade(name) else { continue };
         let loft = BladeLoft::new(&given, |p| file.downstream(p)).unwrap();
         let meridional =
             |curve: &[Point3<f64>]| -> Vec<_> { curve.iter().map(|p| Point2::new(p.z, p.x.hypot(p.y))).collect() };

@@ -1,6 +1,8 @@
 //! Measuring meshes: independent of the code that makes them.
 #![allow(dead_code, reason = "every test uses its share")]
 
+use facemill_blade_file::{BladeFile, read_blade};
+use facemill_sample_parts::BladeSections;
 use std::{
     collections::BTreeMap,
     path::{Path, PathBuf},
@@ -205,15 +207,17 @@ pub(crate) fn self_intersections(mesh: &TriMesh) -> Vec<(usize, usize)> {
     found
 }
 
-/// An edge of `s` goes through the inside of `t`.
+/// An edge of `s` goes through the inside of `t`, by more than the rounding of facets in one plane.
 fn pierces(s: &[Point3<f64>; 3], t: &[Point3<f64>; 3]) -> bool {
     let volume =
         |a: &Point3<f64>, b: &Point3<f64>, c: &Point3<f64>, d: &Point3<f64>| (b - a).cross(&(c - a)).dot(&(d - a));
+    let rounding = 1e-9 * (t[1] - t[0]).cross(&(t[2] - t[0])).norm();
     (0..3).any(|k| {
         let (p, q) = (&s[k], &s[(k + 1) % 3]);
         let sides = [volume(&t[0], &t[1], &t[2], p), volume(&t[0], &t[1], &t[2], q)];
         let around = [0, 1, 2].map(|i| volume(p, q, &t[i], &t[(i + 1) % 3]));
-        sides[0] * sides[1] < 0.0 && (around.iter().all(|&v| v > 0.0) || around.iter().all(|&v| v < 0.0))
+        let is_through = sides[0] * sides[1] < 0.0 && sides.iter().all(|side| side.abs() > rounding);
+        is_through && (around.iter().all(|&v| v > 0.0) || around.iter().all(|&v| v < 0.0))
     })
 }
 
@@ -256,4 +260,13 @@ pub(crate) fn welded(triangles: &[[Point3<f64>; 3]]) -> TriMesh {
     };
     let triangles = triangles.iter().map(|t| [index(&t[0]), index(&t[1]), index(&t[2])]).collect();
     TriMesh::new(vertices, triangles).expect("finite and in range")
+}
+
+/// A blade of the shared data by its `.inf` file, with its sections; `None` where it is absent.
+pub(crate) fn shared_blade(name: &str) -> Option<(BladeFile, BladeSections)> {
+    let path = shared(&format!("data/blades/{name}"))?;
+    let open = |file: &str| std::fs::read(path.with_file_name(file)).map_err(|e| e.to_string());
+    let file = read_blade(name, &std::fs::read(&path).unwrap(), open).unwrap();
+    let sections = file.sections.iter().map(|section| section.points.clone()).collect();
+    Some((file, BladeSections { sections, ..BladeSections::default() }))
 }
