@@ -36,6 +36,9 @@ const HUB_ALLOWANCE: f64 = 1.0;
 /// Groups of a blade's mesh that are no part of the blade.
 const HUB_GROUPS: [&str; 2] = ["hub", "hub-ends"];
 
+/// Characters of a file's name in the name of its job, which is a comment of the programs.
+const NAME_CHARS: usize = 30;
+
 /// Returns the job of a blade by its `.inf` file: both sides, each in a setup in which it lies with
 /// that side up; with a sector of its hub if requested.
 pub(crate) fn blade_job(file: &Path, scale: f64, with_hub: bool, read: ReadFile<'_>) -> Result<JobFiles, String> {
@@ -47,16 +50,25 @@ pub(crate) fn blade_job(file: &Path, scale: f64, with_hub: bool, read: ReadFile<
     let chord = leading_to_trailing(&blade.mesh);
     let (names, obj) = groups_obj(&blade.mesh)?;
     let radius = cutter_radius(0.04 * chord);
-    let (mut setups, mut operations) = (Vec::new(), Vec::new());
+    let (mut setups, mut operations, mut shares) = (Vec::new(), Vec::new(), Vec::new());
     for (group, name) in SIDES {
         if !names.iter().any(|n| n == group) {
             return Err(format!("{}: the blade has no {name}", file.display()));
         }
         let (setup, above_hub) = setup(&blade.mesh, group, name, radius)?;
         setups.push(setup);
+        if let Some((_, share)) = above_hub {
+            if share <= 0.0 {
+                return Err(format!(
+                    "{}: two cutter radii above the hub, nothing is left of the blade's {name}; leave the hub out",
+                    file.display()
+                ));
+            }
+            shares.push(format!("{share:.2}"));
+        }
         // Planes across the span, which is along x.
         let mut strategy = json!({ "parallel_planes": { "normal": [1.0, 0.0, 0.0] } });
-        if let Some(above_hub) = above_hub {
+        if let Some((above_hub, _)) = above_hub {
             strategy["parallel_planes"]["from_mm"] = json!(above_hub);
         }
         let mut side = operation(name, radius, &strategy, chord / 2240.0);
@@ -65,9 +77,13 @@ pub(crate) fn blade_job(file: &Path, scale: f64, with_hub: bool, read: ReadFile<
         side["tolerances"]["mesh_chord_mm"] = json!(round_to((1000.0 * blade.chord_mm).ceil() / 1000.0, 3));
         operations.push(side);
     }
-    let stem = file.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
+    let stem = file.file_stem().map(|stem| stem.to_string_lossy().chars().take(NAME_CHARS).collect::<String>());
+    let stem = stem.unwrap_or_default();
     let around = described.n_blades.map(|n| format!(", one of {n}")).unwrap_or_default();
-    let ends = ends_text(blade.ends);
+    let mut ends = ends_text(blade.ends);
+    if !shares.is_empty() {
+        ends += &format!(", passes on {} of the sides", shares.join(" and "));
+    }
     let mut job = job_file(&format!("blade {stem}{around}, scale {scale}{ends}"), Value::Null, Value::Null);
     job["setups"] = Value::Array(setups);
     job["operations"] = Value::Array(operations);
@@ -141,8 +157,8 @@ pub(crate) fn groups_obj(mesh: &TriMesh) -> Result<(Vec<String>, Vec<u8>), Strin
 }
 
 /// Returns the setup in which a side faces up and the span is along x, and with a hub the place
-/// along x from which the cutter is clear of it.
-fn setup(mesh: &TriMesh, group: &str, name: &str, radius: f64) -> Result<(Value, Option<f64>), String> {
+/// along x from which the cutter is clear of it, and the share of the side that is beyond.
+fn setup(mesh: &TriMesh, group: &str, name: &str, radius: f64) -> Result<(Value, Option<(f64, f64)>), String> {
     let turn = side_up(mesh, group).ok_or_else(|| format!("the blade's {name} faces nowhere"))?;
     let (axis, angle) = turn.axis_angle().unwrap_or((Vector3::z_axis(), 0.0));
     let axis = axis.iter().map(|c| round_to(*c, 9)).collect::<Vec<_>>();
@@ -172,6 +188,18 @@ fn setup(mesh: &TriMesh, group: &str, name: &str, radius: f64) -> Result<(Value,
     let on_hub = vertices_of(&|name| name == HUB_GROUPS[0]);
     let above_hub = on_hub.iter().filter(|p| beside.contains(&p.y)).map(|p| p.x + middle(x)).reduce(f64::max);
     let above_hub = above_hub.map(|top| (top + HUB_RADII * radius + HUB_ALLOWANCE).ceil());
+    let share_above = |from: f64| {
+        let of = mesh.groups().iter().filter(|g| g.name == group).flat_map(|g| g.triangles.clone());
+        let (mut above, mut all) = (0.0, 0.0);
+        for corners in of.map(|t| mesh.triangles()[t].map(|v| turned[v as usize])) {
+            let [a, b, c] = corners;
+            let area = (b - a).cross(&(c - a)).norm();
+            all += area;
+            let is_above = (a.x + b.x + c.x) / 3.0 + middle(x) > from;
+            above += if is_above { area } else { 0.0 };
+        }
+        above / f64::max(all, f64::MIN_POSITIVE)
+    };
     let mut meshes = vec![
         json!({ "file": "blade.obj", "groups": [group], "role": "drive", "unit": "millimetre", "up_axis": "z" }),
         json!({ "file": "blade.obj", "role": "part", "unit": "millimetre", "up_axis": "z" }),
@@ -196,7 +224,7 @@ fn setup(mesh: &TriMesh, group: &str, name: &str, radius: f64) -> Result<(Value,
         "stock": { "offset": { "allowance_mm": stock } },
         "clearance": { "plane": { "origin_mm": [0.0, 0.0, (z[1] + down + stock + 10.0).ceil()] } },
     });
-    Ok((setup, above_hub))
+    Ok((setup, above_hub.map(|from| (from, share_above(from)))))
 }
 
 /// Returns the rotation after which a side's mean normal is +z and the span +x.

@@ -3,6 +3,7 @@ use std::fmt::Write;
 use nalgebra::{Unit, UnitQuaternion, Vector3};
 
 use crate::examples::new_job::{NewJob, new_job};
+use crate::format::job_file::RoleFile;
 use crate::load::job::Job;
 
 const INF: &str =
@@ -71,4 +72,39 @@ fn faults_name_the_file_and_links_out_of_the_folder_are_refused() {
         std::os::unix::fs::symlink(target, given.path().join("curves/p.crv")).unwrap();
         assert!(why(1.0).contains("link out of the folder"), "{}", why(1.0));
     }
+}
+
+/// Writes the blade with a hub from inlet to outlet: a cone of these radii in cm.
+fn with_hub(radii: [f64; 2]) -> (tempfile::TempDir, NewJob) {
+    let given = folder();
+    let inf = INF.replace("Profile Data", "Hub Data File: curves/h.crv\nProfile Data");
+    std::fs::write(given.path().join("b.inf"), inf).unwrap();
+    std::fs::write(given.path().join("curves/h.crv"), format!("{} 0 -8\n{} 0 8\n", radii[0], radii[1])).unwrap();
+    let from = given.path().join("b.inf");
+    (given, NewJob::Blade { from, scale: 1.0, hub: true })
+}
+
+#[test]
+fn a_blade_on_its_hub_has_passes_on_the_share_that_its_name_states() {
+    let written = tempfile::tempdir().unwrap();
+    let (_given, blade) = with_hub([21.0, 21.0]);
+    for (name, bytes) in new_job(&blade).unwrap() {
+        std::fs::write(written.path().join(name), bytes).unwrap();
+    }
+    let job = Job::read(written.path()).unwrap();
+    // Of the side from 21 to 32 cm, passes keep two radii of the cutter and 1 mm from the hub.
+    let radius = job.tool.cutter().radius();
+    let share = (110.0 - 2.0 * radius - 1.0) / 110.0;
+    let stated = job.file.name.split("passes on ").nth(1).and_then(|text| text.split(' ').next()).unwrap();
+    assert!((stated.parse::<f64>().unwrap() - share).abs() < 0.03, "{}: {share}", job.file.name);
+    for k in 0..2 {
+        crate::check::describe_setup(&job, k).unwrap();
+        let setup = &job.file.setups[k];
+        assert!(setup.meshes.iter().any(|mesh| mesh.role == RoleFile::Check && mesh.allowance_mm == 1.0));
+    }
+
+    // A hub that rises to the tip beside the blade leaves nothing.
+    let (_given, blade) = with_hub([10.0, 44.0]);
+    let why = new_job(&blade).expect_err("refused");
+    assert!(why.contains("b.inf: ") && why.contains("nothing is left"), "{why}");
 }
