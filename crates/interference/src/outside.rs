@@ -26,7 +26,8 @@ pub(crate) struct Outside {
     cells: Vec<u64>,
 }
 
-/// Cells of a grid, about: 256 KB of bits.
+/// Cells of a grid, about: 256 KB of bits; of a thin plate, the rim makes them up to three times as
+/// many.
 const CELLS: f64 = 2_097_152.0;
 
 /// Largest number of cells along an axis.
@@ -124,18 +125,19 @@ impl Outside {
     /// Returns a bit for each cell that is reached from the rim without meeting marked ones.
     fn reached(&self, marked: &[u64]) -> Vec<u64> {
         let mut reached = vec![0u64; marked.len()];
-        let mut pending: Vec<[usize; 3]> = Vec::new();
-        let mut take = |cell: [usize; 3], pending: &mut Vec<[usize; 3]>| {
+        // Up to half of the cells wait at once; their indices along an axis are below 2^11.
+        let mut pending: Vec<[u16; 3]> = Vec::new();
+        let mut take = |cell: [usize; 3], pending: &mut Vec<[u16; 3]>| {
             let index = self.index(cell);
             let (word, bit) = (index / 64, 1 << (index % 64));
             if (marked[word] | reached[word]) & bit == 0 {
                 reached[word] |= bit;
-                pending.push(cell);
+                pending.push(cell.map(|k| k as u16));
             }
         };
         // All of the rim hangs together.
         take([0; 3], &mut pending);
-        while let Some(cell) = pending.pop() {
+        while let Some(cell) = pending.pop().map(|cell| cell.map(usize::from)) {
             for axis in 0..3 {
                 let mut beside = cell;
                 if cell[axis] > 0 {

@@ -61,7 +61,8 @@ impl TreeMesh {
         Self { mesh, tree: OnceLock::new() }
     }
 
-    /// Returns the hierarchy of the mesh.
+    /// Returns the hierarchy of the mesh. Take it before parallel work: threads that need it first
+    /// make one each.
     pub fn tree(&self) -> &MeshTree {
         if let Some(made) = self.tree.get() {
             return made;

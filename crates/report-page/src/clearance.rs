@@ -1,7 +1,7 @@
 //! Clearances at the ends of blocks.
 
 use facemill_cl_data::{PlacedSolid, Solid};
-use facemill_interference::Interference;
+use facemill_interference::{Interference, MeshTree};
 use facemill_inverse_kinematics::{AxisValues, Carrier, Machine};
 use facemill_job::load::job::Setup;
 use facemill_job::load::obstacle_meshes::{ObstacleMesh, ObstacleRole};
@@ -29,7 +29,8 @@ pub(crate) fn end_clearances(
     heads: &[(&Machine, &ToolAssembly)],
 ) -> Vec<Option<f64>> {
     let counts = |o: &&ObstacleMesh| matches!(o.role, ObstacleRole::Part | ObstacleRole::Check | ObstacleRole::Fixture);
-    let obstacles: Vec<&ObstacleMesh> = setup.obstacles.iter().filter(counts).collect();
+    // Trees are made here: threads that need one at once would make one each.
+    let obstacles: Vec<&MeshTree> = setup.obstacles.iter().filter(counts).map(|o| o.tree()).collect();
     let work_from_table = setup.table_from_work.inverse();
     let heads: Vec<MeasuredHead<'_>> = heads
         .iter()
@@ -46,7 +47,7 @@ pub(crate) fn end_clearances(
                         let hint: &mut Option<u32> = &mut hints[pair];
                         pair += 1;
                         let at_most = nearest.unwrap_or(FARTHEST);
-                        let found = obstacle.tree().core_distance(&solid, &work_from_solid, at_most, *hint);
+                        let found = obstacle.core_distance(&solid, &work_from_solid, at_most, *hint);
                         if let Some(found) = found {
                             nearest = Some(found.distance.min(at_most));
                             *hint = Some(found.triangle);

@@ -161,10 +161,13 @@ pub(crate) fn run(arguments: NewArguments) -> Result<ExitCode, Failure> {
     if occupied {
         return Err(Failure::input(&dir, "the folder is not empty; name a new one"));
     }
+    // A table that is no file, such as a pipe, can be read only once.
+    let is_file = |job: &NewJob| !matches!(job, NewJob::OwnPropeller { table, .. } if !table.is_file());
+    let text = if is_file(&job) { as_read(&job) } else { Ok(None) };
+    let text = text.map_err(|message| Failure::Input { file: dir.clone(), message })?;
     files::write_all(&dir, &written)?;
     let names: Vec<&str> = written.iter().map(|(n, _)| n.as_str()).collect();
     say(&format!("{}: {}\n", dir.display(), names.join(", ")))?;
-    let text = as_read(&job).map_err(|message| Failure::Input { file: dir.clone(), message })?;
     if let Some(text) = text.or_else(|| job_name(&written).filter(|_| matches!(job, NewJob::Blade { .. }))) {
         say(&format!("as read: {text}\n"))?;
     }

@@ -124,12 +124,14 @@ pub enum TouchError {
         axes: String,
     },
     /// A number that is not finite or beyond that of any machine.
-    #[error("{what} is {value}: give a number of mm or deg")]
+    #[error("{what} is {value}: give a number of mm or deg {range}")]
     Number {
         /// Its name: `X of pose 1`, `tool length`.
         what: String,
         /// The number.
         value: f64,
+        /// Range that it may have: `above 0 up to 1000000`.
+        range: &'static str,
     },
     /// The file describes no machine.
     #[error(transparent)]
@@ -138,6 +140,9 @@ pub enum TouchError {
 
 /// Largest reading, mm or deg.
 const LARGEST: f64 = 1e6;
+
+/// Range of readings of both signs.
+const EITHER: &str = "from -1000000 to 1000000";
 
 /// Distance below which a swap does not move a line, mm.
 const SAME_PLACE: f64 = 1e-6;
@@ -211,11 +216,14 @@ pub fn check_touches(file: &MachineFile, touches: &Touches) -> Result<TouchCheck
 
 /// Returns the axis values of the poses, rad for rotary axes.
 fn axis_values(machine: &Machine, touches: &Touches) -> Result<Vec<AxisValues>, TouchError> {
-    let numbers = [("tool length", touches.tool_length, 0.0), ("tolerance", touches.tolerance, f64::MIN_POSITIVE)];
-    let places = touches.point.iter().flatten().map(|&value| ("point", value, -LARGEST));
-    for (what, value, least) in numbers.into_iter().chain(places) {
+    let numbers = [
+        ("tool length", touches.tool_length, 0.0, "from 0 to 1000000"),
+        ("tolerance", touches.tolerance, f64::MIN_POSITIVE, "above 0 up to 1000000"),
+    ];
+    let places = touches.point.iter().flatten().map(|&value| ("point", value, -LARGEST, EITHER));
+    for (what, value, least, range) in numbers.into_iter().chain(places) {
         if !(least..=LARGEST).contains(&value) {
-            return Err(TouchError::Number { what: what.to_owned(), value });
+            return Err(TouchError::Number { what: what.to_owned(), value, range });
         }
     }
     if touches.poses.len() < if touches.point.is_some() { 1 } else { 2 } {
@@ -231,7 +239,11 @@ fn axis_values(machine: &Machine, touches: &Touches) -> Result<Vec<AxisValues>, 
             let index = machine.axis_index(name).filter(|&index| !given[index]);
             let index = index.ok_or_else(|| TouchError::TooMany { pose: k + 1, axis: name.clone(), axes: all() })?;
             if !(-LARGEST..=LARGEST).contains(reading) {
-                return Err(TouchError::Number { what: format!("{name} of pose {}", k + 1), value: *reading });
+                return Err(TouchError::Number {
+                    what: format!("{name} of pose {}", k + 1),
+                    value: *reading,
+                    range: EITHER,
+                });
             }
             given[index] = true;
             q[index] = if axes[index].kind == AxisKind::Rotary { reading.to_radians() } else { *reading };

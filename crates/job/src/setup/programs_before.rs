@@ -185,7 +185,7 @@ pub(crate) fn digests_before(job: &Job, setup: &Setup<'_>) -> Result<Vec<[u8; 32
         let tool = tool.map(|tool| blake3::hash(&tool));
         let mut hasher = blake3::Hasher::new();
         hasher.update(tool.as_ref().map_or(&[][..], |tool| tool.as_bytes()));
-        hasher.update(mounting.as_bytes());
+        hasher.update(mounting.as_bytes()).update(job.post.dialect().name().as_bytes());
         all.push(*hasher.update(&text).finalize().as_bytes());
     }
     for (k, program) in known_before(job, &before) {
@@ -193,6 +193,7 @@ pub(crate) fn digests_before(job: &Job, setup: &Setup<'_>) -> Result<Vec<[u8; 32
         hasher.update(
             &[k, program.section.map_or(0, |section| section + 1)].map(|n| n as u64).map(u64::to_le_bytes).concat(),
         );
+        hasher.update(program.dialect.name().as_bytes());
         all.push(*hasher.update(&program.text).finalize().as_bytes());
     }
     Ok(all)

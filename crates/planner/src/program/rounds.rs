@@ -106,7 +106,7 @@ impl<'a, H: Heads<'a, N>, const N: usize> HeadsProgram<'_, 'a, H, N> {
         }
     }
 
-    /// Writes the program until no block needs refinement, or the rounds are used up.
+    /// Writes the program until no block needs refinement, or so many rounds are used up.
     fn refined(
         &mut self,
         added_poses: &mut usize,

@@ -81,7 +81,7 @@ fn holder_keeps_its_clearance_from_solid_stock_between_poses() {
             }
         }
     }
-    // The posts turn the tool: without them it stays upright, and is nearer.
+    // Not far beyond the clearance: it is the posts that turn the tool.
     assert!(
         places > 1000 && nearest > -0.005 && nearest < 1.0,
         "{nearest} mm more than the clearance at {places} places"

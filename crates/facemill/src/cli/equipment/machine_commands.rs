@@ -106,7 +106,7 @@ fn touched(path: &Path, arguments: &TouchArguments) -> Result<Option<TouchCheck>
         TouchError::Machine(error) => Failure::input(path, error),
         TouchError::Heads { .. } => Failure::input(path, error),
         TouchError::Number { .. } => {
-            Failure::input(Path::new("--touch, --tool-length-mm, --touch-tolerance-mm"), error)
+            Failure::input(Path::new("--touch, --touch-point, --tool-length-mm, --touch-tolerance-mm"), error)
         }
         other => Failure::input(Path::new("--touch"), other),
     };

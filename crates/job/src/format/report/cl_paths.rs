@@ -117,8 +117,9 @@ impl ClPathReport {
         ));
         if self.axis_jumps > 0 {
             lines.push(format!(
-                "    THE FILE'S AXIS JUMPS in {} places, by up to {:.2} deg{}{}",
+                "    THE FILE'S AXIS JUMPS in {} places, first{}; its largest turn is {:.2} deg{}{}",
                 self.axis_jumps,
+                at(self.first_line_axis_jump),
                 self.largest_turn.deg,
                 at(self.largest_turn.line),
                 if self.axes == ClAxesFile::Kept { ": the plan has these turns" } else { "" }
