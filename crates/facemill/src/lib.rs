@@ -56,6 +56,9 @@ mod pages {
     #[doc = include_str!("../../nc-subprograms/README.md")]
     struct NcSubprograms;
 
+    #[doc = include_str!("../../job-check/README.md")]
+    struct JobCheck;
+
     #[doc = include_str!("../../level-region/README.md")]
     struct LevelRegion;
 
@@ -82,10 +85,8 @@ mod pages {
 }
 
 pub use crate::scene::UseScene;
-pub use facemill_job::check::describe_setup;
 pub use facemill_job::duration_text::clock;
 pub use facemill_job::examples::new_job;
-pub use facemill_job::examples::new_machine::new_job_for;
 pub use facemill_job::failure::Failure;
 pub use facemill_job::files;
 pub use facemill_job::files::REJECTED;
@@ -102,6 +103,7 @@ pub use facemill_job::stages::{SilentStages, Stages};
 pub use facemill_job::stock::map::StockRegion;
 pub use facemill_job::stock::rest::read_rest;
 pub use facemill_job::validate::limits::STOCK_TOLERANCES;
+pub use facemill_job_check::{describe_setup, new_job_for};
 pub use facemill_nc_rewrite::feed_rewrite::rewrite_feeds;
 pub use facemill_nc_rewrite::{lengths, rapids};
 pub use facemill_planner::{
@@ -129,6 +131,7 @@ pub use facemill_file_format as file_format;
 pub use facemill_interference as interference;
 pub use facemill_inverse_kinematics as inverse_kinematics;
 pub use facemill_job as job;
+pub use facemill_job_check as job_check;
 pub use facemill_level_region as level_region;
 pub use facemill_mesh_store as mesh_store;
 pub use facemill_nc_program as nc_program;
@@ -149,8 +152,8 @@ pub use facemill_z_map as z_map;
 
 /// Machines: read, described and checked.
 pub mod machines {
-    pub use facemill_job::check::machine_check::{MachineCheck, describe_heads, describe_hulls, describe_machine};
     pub use facemill_job::load::machine_load::{BodyHull, ReadMachine, read_machine};
+    pub use facemill_job_check::machine_check::{MachineCheck, describe_heads, describe_hulls, describe_machine};
 }
 
 /// Files that jobs, plans and verifications leave.

@@ -1,4 +1,3 @@
-//! Example jobs, for a part, a machine and a control.
+//! Example jobs.
 
 pub mod new_job;
-pub mod new_machine;

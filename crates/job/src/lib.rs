@@ -16,12 +16,10 @@
 //! | [`mod@load`] | a job with all files that it names: tool, machine, meshes, post; [`load::job::Setup`] with drive surface, obstacles and stock; setups without a job file ([`load::ad_hoc_setup`]) |
 //! | [`mod@stock`] | solid stock, its map of lines, rests of setups before |
 //! | [`mod@setup`] | an operation as the stages need it: workcell ([`setup::cell`]), machine with tool, words and frames ([`setup::scene`]), words, passes ([`setup::path`]), feeds, places where stock is left ([`setup::left_stock`]) |
-//! | [`mod@check`] | checks of size, position and winding of parts |
-//! | [`mod@examples`] | new jobs, for a part, a machine and a control |
+//! | [`mod@examples`] | new jobs |
 //!
 //! It must not know how anything is planned or verified.
 
-pub mod check;
 pub mod duration_text;
 pub mod examples;
 pub mod failure;

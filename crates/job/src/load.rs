@@ -15,7 +15,7 @@ pub mod mesh_files;
 pub mod mesh_winding;
 pub mod obstacle_meshes;
 pub mod open_meshes;
-pub(crate) mod part_size;
+pub mod part_size;
 pub mod post_load;
 pub(crate) mod stock_solid;
 

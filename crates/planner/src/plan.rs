@@ -1,6 +1,5 @@
 //! Complete plan of one setup: path, postures, moves, text, verification, report.
 
-use facemill_job::check::post_probe::try_template;
 use facemill_job::failure::Failure;
 use facemill_job::format::made_from::MadeFrom;
 use facemill_job::load::job::{Job, Setup, WrittenPrograms};
@@ -8,6 +7,7 @@ use facemill_job::load::mesh_winding::check_winding;
 use facemill_job::setup::cell::z_map;
 use facemill_job::setup::scene::Scene;
 use facemill_job::stages::{READ, STOCK_BEFORE, Stages};
+use facemill_job_check::post_probe::try_template;
 use facemill_z_map::ZMap;
 
 use crate::dual::two_heads::with_two_heads;

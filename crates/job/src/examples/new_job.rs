@@ -22,9 +22,5 @@ pub fn as_read(job: &NewJob) -> Result<Option<String>, String> {
 }
 
 #[cfg(test)]
-#[path = "../../tests/unit/examples/new_blade.rs"]
-mod tests;
-
-#[cfg(test)]
 #[path = "../../tests/unit/examples/new_cast.rs"]
 mod cast_tests;

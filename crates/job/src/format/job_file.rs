@@ -345,6 +345,18 @@ pub enum StockFile {
     Mesh(MeshStockFile),
 }
 
+impl StockFile {
+    /// Returns the stock in a few words.
+    pub fn in_words(&self) -> String {
+        match self {
+            Self::Offset(offset) => format!("{} mm on part and check surfaces", offset.allowance_mm),
+            Self::Box(_) => "a box".to_owned(),
+            Self::Cylinder(_) => "a cylinder".to_owned(),
+            Self::Mesh(mesh) => format!("mesh {}", mesh.file),
+        }
+    }
+}
+
 /// The part with a layer of material on it.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]

@@ -9,6 +9,7 @@ pub mod efficiency;
 pub mod left_above;
 pub mod links;
 pub mod lost_time;
+mod mesh_summary;
 pub mod outcome;
 pub mod pairs;
 pub mod remaining;

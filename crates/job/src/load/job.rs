@@ -255,7 +255,7 @@ impl Job {
     }
 
     /// Returns the key of a setup in the job file as it is written: `setups[0]`.
-    pub(crate) fn setup_key(&self, index: usize) -> String {
+    pub fn setup_key(&self, index: usize) -> String {
         format!("setups[{}]", self.tools.written.get(index).unwrap_or(&index))
     }
 

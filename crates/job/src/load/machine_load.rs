@@ -25,6 +25,7 @@ pub struct ReadMachine {
 }
 
 /// Body of a machine made from a mesh: its convex hull, or slightly more.
+#[derive(Clone, Debug, PartialEq)]
 pub struct BodyHull {
     /// Name of the body.
     pub body: String,

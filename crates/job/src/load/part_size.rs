@@ -47,7 +47,7 @@ impl Suitable {
 
 /// Returns the box of the part's own meshes (drive, part and check surfaces) in the frame of their
 /// files, mm.
-pub(crate) fn part_box(obstacles: &[ObstacleMesh], work_from_part: &Isometry3<f64>) -> Aabb {
+pub fn part_box(obstacles: &[ObstacleMesh], work_from_part: &Isometry3<f64>) -> Aabb {
     let part_from_work = work_from_part.inverse();
     let corners = parts(obstacles).flat_map(|o| {
         o.mesh.triangles().iter().flatten().map(move |&v| part_from_work * o.mesh.vertices()[v as usize])
@@ -65,7 +65,7 @@ fn length(b: &Aabb) -> f64 {
 
 /// Names the units in which a part would have a likely size, if its size as read does not suit tool
 /// and machine.
-pub(crate) fn unit_advice(job: &Job, setup: &Setup<'_>) -> Option<String> {
+pub fn unit_advice(job: &Job, setup: &Setup<'_>) -> Option<String> {
     let suitable = Suitable::of(job);
     let length = length(&part_box(&setup.obstacles, &crate::frames::pose(&setup.file.work_from_part)));
     if suitable.may_be(length) {
@@ -121,7 +121,7 @@ fn advice(
 }
 
 /// Returns the name of a unit.
-pub(crate) fn units(unit: LengthUnit) -> &'static str {
+pub fn units(unit: LengthUnit) -> &'static str {
     match unit {
         LengthUnit::Metre => "metres",
         LengthUnit::Centimetre => "centimetres",

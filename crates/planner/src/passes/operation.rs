@@ -10,7 +10,7 @@ use facemill_cutter_location::{
 };
 use facemill_drawing::solution_svg::map_svg;
 use facemill_inverse_kinematics::{Branch, BranchPreference};
-use facemill_job::check::reach::check_reach;
+use facemill_job_check::reach::check_reach;
 use facemill_job::failure::Failure;
 use facemill_job::format::job_file::{InfeasibleFile, OperationFile};
 use facemill_job::format::report::WidthRoundReport;

@@ -3,10 +3,10 @@
 
 use std::path::Path;
 
-use facemill_job::check::describe_setup;
 use facemill_job::examples::new_job::{NewJob, new_job};
 use facemill_job::load::job::Job;
 use facemill_job::stages::SilentStages;
+use facemill_job_check::describe_setup;
 use facemill_nc_program::Dialect;
 use facemill_surface_model::{NamedNode, TriMesh, write_obj};
 use facemill_verification::program::{VerifyRequest, verify_program};

@@ -9,10 +9,10 @@ use facemill_nc_program::{
 };
 use nalgebra::{Unit, Vector3};
 
-use crate::check::post_block_words::nothing_added;
-use crate::failure::Failure;
-use crate::load::job::{Job, Setup};
-use crate::setup::program_spec::program_spec;
+use crate::post_block_words::nothing_added;
+use facemill_job::failure::Failure;
+use facemill_job::load::job::{Job, Setup};
+use facemill_job::setup::program_spec::program_spec;
 
 /// Key of dialect files for text around the motions, which the template determines.
 struct TemplateKey {

@@ -1,4 +1,4 @@
-use crate::examples::new_machine::*;
+use crate::new_machine::*;
 
 const PATCH: NewJob = NewJob::Patch { size_mm: 120.0 };
 

@@ -6,11 +6,11 @@ use facemill_surface_model::{Surface, SurfaceSettings};
 use facemill_tool_model::cl_from_cc;
 use facemill_tool_path::segments::LaidTask;
 
-use crate::format::job_file::OperationFile;
-use crate::frames::places;
-use crate::load::job::{Job, Setup};
-use crate::load::obstacle_meshes::ObstacleRole;
-use crate::load::part_size::unit_advice;
+use facemill_job::format::job_file::OperationFile;
+use facemill_job::frames::places;
+use facemill_job::load::job::{Job, Setup};
+use facemill_job::load::obstacle_meshes::ObstacleRole;
+use facemill_job::load::part_size::unit_advice;
 
 /// CC points and directions of tilt to try, and steps of tilt, deg. More than any operation
 /// searches, so that no plannable mounting is refused.

@@ -62,5 +62,5 @@ fn counted(n: u64, one: &str, more: &str) -> String {
 }
 
 #[cfg(test)]
-#[path = "../../tests/unit/check/mesh_summary.rs"]
+#[path = "../../../tests/unit/format/mesh_summary.rs"]
 mod tests;

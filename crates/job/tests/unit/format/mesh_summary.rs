@@ -1,4 +1,4 @@
-use crate::check::mesh_summary::*;
+use crate::format::report::mesh_summary::*;
 use facemill_surface_model::{ImportSettings, MeshFormat, RepairReport};
 
 #[test]

@@ -6,7 +6,7 @@ use facemill_inverse_kinematics::machine_file::{AssumedValue, DhRow, MachineFile
 use facemill_inverse_kinematics::{Axis, AxisKind, AxisValues, Carrier, LinkId, Machine, Rollover};
 use nalgebra::{Point3, Vector3};
 
-use crate::load::machine_load::BodyHull;
+use facemill_job::load::machine_load::BodyHull;
 
 /// Description of a machine in lines, and whether the inverse solution returned every pose tried.
 #[non_exhaustive]
@@ -351,3 +351,7 @@ fn within_limits(machine: &Machine, random: &mut SplitMix64) -> AxisValues {
         min + (max - min) * random.unit()
     })
 }
+
+#[cfg(test)]
+#[path = "../tests/unit/machine_check.rs"]
+mod tests;

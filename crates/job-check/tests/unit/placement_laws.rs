@@ -1,9 +1,9 @@
 //! Laws of units and mountings: an implausible size names the likely unit, and a mounting
 //! that nothing reaches names operation, axis and limit.
 
-use crate::check::describe_setup;
-use crate::examples::new_job::{NewJob, new_job};
-use crate::load::job::Job;
+use crate::describe::describe_setup;
+use facemill_job::examples::new_job::{NewJob, new_job};
+use facemill_job::load::job::Job;
 
 /// Returns the lines of `check` for the patch job on a wavy sheet of 400 mm with its numbers
 /// divided by `unit`, or its message.

@@ -7,8 +7,8 @@ use facemill_nc_program::read::{Compensation, MacroKind, ReadBlock, ReadCommand}
 use facemill_nc_program::words::{AxisLengths, SaidWords, StateWord};
 use facemill_nc_program::{Block, ProgramSpec, WorkOffset, read_program, write_program_with_lines};
 
-use crate::failure::Failure;
-use crate::load::job::Job;
+use facemill_job::failure::Failure;
+use facemill_job::load::job::Job;
 
 /// Keys whose text is in the first motion alone: modes that hold from there on belong there.
 const FIRST_KEYS: [&str; 4] = ["words.absolute", "feeds.g94", "feeds.g93", "feeds.rtcp"];

@@ -2,9 +2,9 @@ use std::fmt::Write;
 
 use nalgebra::{Unit, UnitQuaternion, Vector3};
 
-use crate::examples::new_job::{NewJob, new_job};
-use crate::format::job_file::RoleFile;
-use crate::load::job::Job;
+use facemill_job::examples::new_job::{NewJob, new_job};
+use facemill_job::format::job_file::RoleFile;
+use facemill_job::load::job::Job;
 
 const INF: &str =
     "Axis of Rotation: Z\nNumber of Blade Sets: 11\nGeometry Units: CM\nProfile Data File: curves/p.crv\n";
@@ -44,7 +44,7 @@ fn a_blade_lies_with_each_side_up_in_a_setup_of_its_own() {
     assert_eq!(job.file.name, "blade b, one of 11, scale 2");
     for (k, name) in ["suction side", "pressure side"].into_iter().enumerate() {
         assert_eq!(job.file.setups[k].name, name);
-        crate::check::describe_setup(&job, k).unwrap();
+        crate::describe::describe_setup(&job, k).unwrap();
         let pose = &job.file.setups[k].work_from_part;
         let axis = Unit::new_normalize(Vector3::from(pose.rotation_axis));
         let turn = UnitQuaternion::from_axis_angle(&axis, pose.rotation_deg.to_radians());
@@ -98,13 +98,13 @@ fn a_blade_on_its_hub_has_passes_on_the_share_that_its_name_states() {
     let stated = job.file.name.split("passes on ").nth(1).and_then(|text| text.split(' ').next()).unwrap();
     assert!((stated.parse::<f64>().unwrap() - share).abs() < 0.03, "{}: {share}", job.file.name);
     for k in 0..2 {
-        crate::check::describe_setup(&job, k).unwrap();
+        crate::describe::describe_setup(&job, k).unwrap();
         let setup = &job.file.setups[k];
         assert!(setup.meshes.iter().any(|mesh| mesh.role == RoleFile::Check && mesh.allowance_mm == 1.0));
     }
 
-    // A hub that rises to the tip beside the blade leaves nothing.
-    let (_given, blade) = with_hub([10.0, 44.0]);
+    // A hub just below the tip leaves nothing.
+    let (_given, blade) = with_hub([31.7, 31.7]);
     let why = new_job(&blade).expect_err("refused");
     assert!(why.contains("b.inf: ") && why.contains("nothing is left"), "{why}");
 }

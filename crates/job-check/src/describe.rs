@@ -1,32 +1,23 @@
 //! Description of a setup, as `check` prints it.
 
-pub mod machine_check;
-pub(crate) mod mesh_summary;
-#[cfg(test)]
-#[path = "../tests/unit/check/placement_laws.rs"]
-mod placement_laws;
-pub(crate) mod post_block_words;
-pub mod post_probe;
-pub mod reach;
-
 use facemill_cl_data::CcPoint;
 use facemill_surface_model::UpAxis;
 use facemill_tool_model::ToolAssembly;
 use nalgebra::Point3;
 
-use crate::check::post_probe::try_template;
-use crate::check::reach::check_reach;
-use crate::failure::Failure;
-use crate::format::job_file::{OperationFile, StockFile};
-use crate::frames::pose;
-use crate::load::job::{Job, Setup};
-use crate::load::mesh_winding::check_winding;
-use crate::load::part_size::{part_box, unit_advice, units};
-use crate::setup::path::lay_operation;
-use crate::setup::programs_before::each_program_before;
-use crate::setup::word_map::word_map;
-use crate::stock::setup_order::check_before;
-use crate::validate::setup_chain::{follows, is_after_others};
+use crate::post_probe::try_template;
+use crate::reach::check_reach;
+use facemill_job::failure::Failure;
+use facemill_job::format::job_file::OperationFile;
+use facemill_job::frames::pose;
+use facemill_job::load::job::{Job, Setup};
+use facemill_job::load::mesh_winding::check_winding;
+use facemill_job::load::part_size::{part_box, unit_advice, units};
+use facemill_job::setup::path::lay_operation;
+use facemill_job::setup::programs_before::each_program_before;
+use facemill_job::setup::word_map::word_map;
+use facemill_job::stock::setup_order::check_before;
+use facemill_job::validate::setup_chain::{follows, is_after_others};
 
 fn up(axis: UpAxis) -> &'static str {
     match axis {
@@ -131,12 +122,7 @@ fn level_line(setup: &Setup<'_>, operation: &OperationFile) -> Option<String> {
 /// Returns the line with the stock that a setup's program meets.
 fn stock_line(job: &Job, index: usize) -> String {
     let setups = &job.file.setups;
-    let own = match &setups[index].stock {
-        StockFile::Offset(offset) => format!("{} mm on part and check surfaces", offset.allowance_mm),
-        StockFile::Box(_) => "a box".to_owned(),
-        StockFile::Cylinder(_) => "a cylinder".to_owned(),
-        StockFile::Mesh(mesh) => format!("mesh {}", mesh.file),
-    };
+    let own = setups[index].stock.in_words();
     let by_others = &setups[index].programs_before;
     let own =
         if by_others.is_empty() { own } else { format!("{own}, cut by {} program(s) of other jobs", by_others.len()) };

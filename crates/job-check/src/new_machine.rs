@@ -13,14 +13,14 @@ use nalgebra::{Isometry3, Translation3};
 use rayon::prelude::*;
 use serde_json::{Value, json};
 
-use crate::check::describe_setup;
-use crate::examples::new_job::{NewJob, new_job};
-use crate::failure::Failure;
-use crate::frames::places;
-use crate::load::job::{Job, Setup};
-use crate::load::obstacle_meshes::ObstacleRole;
-use crate::setup::cell::{search_settings, workcell, z_map};
-use crate::setup::path::lay_operation;
+use crate::describe::describe_setup;
+use facemill_job::examples::new_job::{NewJob, new_job};
+use facemill_job::failure::Failure;
+use facemill_job::frames::places;
+use facemill_job::load::job::{Job, Setup};
+use facemill_job::load::obstacle_meshes::ObstacleRole;
+use facemill_job::setup::cell::{search_settings, workcell, z_map};
+use facemill_job::setup::path::lay_operation;
 
 /// Returns the files of an example for a machine by its name and a control; defaults are the
 /// example's own.
@@ -234,5 +234,5 @@ fn try_postures(folder: &Path) -> Result<(), Failure> {
 }
 
 #[cfg(test)]
-#[path = "../../tests/unit/examples/new_machine.rs"]
+#[path = "../tests/unit/new_machine.rs"]
 mod tests;
