@@ -10,7 +10,7 @@ use facemill_cl_data::{CcPoint, Silent};
 use facemill_job::failure::Failure;
 use facemill_job::format::job_file::OperationFile;
 use facemill_job::format::report::remaining::{
-    LevelAreas, RemainingOnDrive, RemainingOnRegion, RemainingOnSlope, RemainingPlace, RemainingReport,
+    LevelAreas, RemainingOnDrive, RemainingOnRegion, RemainingOnSlope, RemainingReport,
 };
 use facemill_job::load::job::{Job, Setup, SetupLevel};
 use facemill_job::setup::left_stock::swept_before;
@@ -20,15 +20,10 @@ use facemill_virtual_machine::{VerifySettings, VirtualSetup, swept_by_cuts};
 use facemill_z_map::{LeftHeight, SurfacePlace, SweptCutter, left_heights};
 use nalgebra::{Isometry3, Point3, Unit, Vector3};
 
+use crate::left_islands::{left_islands, place};
+use crate::material_left::{ACCURACY, MOTION_TOLERANCE, MaterialLeft, Sampled, quantiles};
 use crate::named_results::not_verified;
 use crate::operation_region::OperationRegion;
-
-/// Largest error of a point of the cutter in the measurement of heights, mm: a tenth of the finest
-/// cusps that face mills leave. Smaller: more parts of motions to examine.
-const MOTION_TOLERANCE: f64 = 0.002;
-
-/// Largest error of a height, mm.
-pub const ACCURACY: f64 = MOTION_TOLERANCE + SweptCutter::ACCURACY;
 
 /// Largest number of samples of an operation's region, without its border: 100,000 take a second of
 /// processor time on the sample job.
@@ -246,67 +241,6 @@ fn cut_before(before: &[Arc<SweptCutter>], of: &mut [Sampled]) -> Result<(), Fai
     Ok(())
 }
 
-/// Sample in a place of the pattern.
-#[derive(Clone, Copy)]
-struct Sampled {
-    place: usize,
-    sample: RegionSample,
-    on: SurfacePlace,
-    /// Whether a program before has cut it.
-    was_cut: bool,
-}
-
-/// Material left on samples.
-#[derive(Default)]
-pub struct MaterialLeft {
-    /// Whether the region is a line without area.
-    pub is_line: bool,
-    /// Area of each sample, mm², on a line its length, mm; zero for borders and for those around
-    /// the largest.
-    pub weights: Vec<f64>,
-    /// Samples.
-    pub on: Vec<SurfacePlace>,
-    /// Heights left on them.
-    pub left: Vec<LeftHeight>,
-    /// Whether programs before have cut them.
-    pub was_cut: Vec<bool>,
-}
-
-impl MaterialLeft {
-    fn new(of: &[Sampled], left: &[LeftHeight]) -> Self {
-        let mut measured = Self::default();
-        measured.add(of, left);
-        measured
-    }
-
-    fn add(&mut self, of: &[Sampled], left: &[LeftHeight]) {
-        self.is_line |= of.iter().any(|s| s.sample.length > 0.0);
-        self.weights.extend(of.iter().map(|s| s.sample.weight()));
-        self.on.extend(of.iter().map(|s| s.on));
-        self.left.extend(left);
-        self.was_cut.extend(of.iter().map(|s| s.was_cut));
-    }
-
-    /// Returns the number of samples with an area, or on a line with a length.
-    pub fn n_weighted(&self) -> usize {
-        self.weights.iter().filter(|&&w| w > 0.0).count()
-    }
-
-    /// Returns the approximate distance between samples, mm.
-    pub fn spacing(&self) -> f64 {
-        let mean = self.weights.iter().sum::<f64>() / self.n_weighted().max(1) as f64;
-        if self.is_line { mean } else { mean.sqrt() }
-    }
-
-    /// Returns the indices of the highest samples, the highest first; of equal ones the first.
-    fn highest(&self, n: usize) -> Vec<usize> {
-        let mut all: Vec<usize> = (0..self.left.len()).collect();
-        all.sort_by(|&a, &b| self.left[b].height.total_cmp(&self.left[a].height));
-        all.truncate(n);
-        all
-    }
-}
-
 /// Returns a sample in a place of the pattern, on the surface to be left, with the stock above it.
 /// If the job states no stock, assumes material up to the cutter's reach, so that a place that no
 /// cut approaches does not count as finished.
@@ -420,23 +354,6 @@ fn remaining_on_drive(
     })
 }
 
-/// Returns the heights that fractions of the weight (area or length) do not exceed; 0 if there is
-/// no weight.
-pub fn quantiles<const N: usize>(weights: &[f64], left: &[LeftHeight], shares: [f64; N]) -> [f64; N] {
-    let mut sorted: Vec<(f64, f64)> = left.iter().map(|l| l.height).zip(weights.iter().copied()).collect();
-    sorted.retain(|(_, weight)| *weight > 0.0);
-    sorted.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let all: f64 = sorted.iter().map(|(_, weight)| weight).sum();
-    shares.map(|share| {
-        let mut below = 0.0;
-        let reached = sorted.iter().find(|(_, each)| {
-            below += each;
-            below >= share * all
-        });
-        reached.or(sorted.last()).map_or(0.0, |(height, _)| *height)
-    })
-}
-
 /// Bounds of the bands of slope, deg.
 const SLOPES: [f64; 8] = [0.0, 15.0, 30.0, 45.0, 60.0, 75.0, 90.0, 180.0];
 
@@ -466,7 +383,7 @@ impl SomeSamples<'_> {
 
     /// Returns the share without a cut. Stock unchanged by the cut is not finished, however thin.
     fn never_cut(&self) -> f64 {
-        self.share(|k| self.of.left[k].cut_by.is_none() && !self.of.was_cut[k] && self.of.on[k].stock > ACCURACY)
+        self.share(|k| self.of.is_never_cut(k))
     }
 
     /// Returns the highest one, of equal ones the first.
@@ -490,12 +407,8 @@ pub fn remaining_on_region(
     up: &Vector3<f64>,
 ) -> RemainingOnRegion {
     let all = SomeSamples { of: measured, chosen: (0..measured.left.len()).collect() };
-    let largest = all.highest().map(|k| RemainingPlace {
-        height_mm: measured.left[k].height,
-        at_mm: measured.on[k].position.into(),
-        line: measured.left[k].cut_by,
-        was_cut: measured.was_cut[k] && measured.left[k].cut_by.is_none(),
-    });
+    let largest = all.highest().map(|k| place(measured, k));
+    let islands = left_islands(measured, limit_mm);
     let [p50_mm, p90_mm, p99_mm] = all.quantiles([0.5, 0.9, 0.99]);
     let (above_fraction, never_cut_fraction) = (all.above(limit_mm), all.never_cut());
     let bands = SLOPES.windows(2).filter(|_| !measured.is_line);
@@ -516,6 +429,8 @@ pub fn remaining_on_region(
         limit_mm,
         above_fraction,
         never_cut_fraction,
+        islands: islands.n,
+        largest_islands: islands.largest,
         slopes: slopes.collect(),
         level: None,
         allowed,

@@ -1,5 +1,6 @@
 //! Passes by all strategies: planned, compared, pictured.
 
+mod adverse_regions;
 mod cl_files;
 pub(crate) mod constant_scallop;
 pub(crate) mod edges_and_roots;

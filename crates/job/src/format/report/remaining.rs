@@ -75,6 +75,11 @@ pub struct RemainingOnRegion {
     pub above_fraction: f64,
     /// Fraction of the area that no cut reaches: the stock is unchanged there.
     pub never_cut_fraction: f64,
+    /// Number of islands above that limit: parts of the region with no lower place between them,
+    /// as finely as the samples lie.
+    pub islands: usize,
+    /// The largest of them by area, at most 16.
+    pub largest_islands: Vec<LeftIslandReport>,
     /// The same by the slope of the surface; bands without area are left out, so a line has none.
     pub slopes: Vec<RemainingOnSlope>,
     /// Areas of the level that the operation cuts, if it cuts one: the region is what the tool
@@ -85,6 +90,22 @@ pub struct RemainingOnRegion {
     pub allowed: FinishFile,
     /// Whether more is left than the limits permit; then `plan` exits with 1.
     pub exceeded: bool,
+}
+
+/// Part of a region that is left above its limit.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+pub struct LeftIslandReport {
+    /// Its area, mm²; on a line its length, mm. 0 where only places on the border, or beside the
+    /// highest ones, are in it.
+    pub area_mm2: f64,
+    /// Part of it that no cut reaches.
+    pub never_cut_mm2: f64,
+    /// Its highest place.
+    pub highest: RemainingPlace,
+    /// Least coordinates of its places, workpiece frame, mm.
+    pub from_mm: [f64; 3],
+    /// Largest coordinates of its places.
+    pub to_mm: [f64; 3],
 }
 
 /// Areas of a level of roughing on which there is more material than `limit_mm`.
@@ -221,6 +242,19 @@ impl RemainingOnRegion {
                 percent(self.never_cut_fraction)
             ));
         }
+        lines.extend(self.largest_islands.iter().take(SUMMARY_ISLANDS).map(|island| {
+            let unit = if self.length_mm.is_some() { "mm" } else { "mm2" };
+            format!(
+                "    island of {:.1} {unit}, up to {:.3} mm{}",
+                island.area_mm2,
+                island.highest.height_mm,
+                place(&island.highest)
+            )
+        }));
+        let more = self.islands.saturating_sub(SUMMARY_ISLANDS);
+        if more > 0 {
+            lines.push(format!("    islands besides   {more}, the largest of them in the report"));
+        }
         if self.exceeded {
             lines.push(format!(
                 "    NOT FINISHED     the job allows {:.2} % above and {:.2} % never cut",
@@ -231,6 +265,9 @@ impl RemainingOnRegion {
         lines
     }
 }
+
+/// Most islands in a summary.
+const SUMMARY_ISLANDS: usize = 3;
 
 fn place(p: &RemainingPlace) -> String {
     let [x, y, z] = p.at_mm;
