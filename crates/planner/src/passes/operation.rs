@@ -10,7 +10,6 @@ use facemill_cutter_location::{
 };
 use facemill_drawing::solution_svg::map_svg;
 use facemill_inverse_kinematics::{Branch, BranchPreference};
-use facemill_job_check::reach::check_reach;
 use facemill_job::failure::Failure;
 use facemill_job::format::job_file::{InfeasibleFile, OperationFile};
 use facemill_job::format::report::WidthRoundReport;
@@ -21,6 +20,7 @@ use facemill_job::setup::cl_path::ClLaid;
 use facemill_job::setup::path::{LaidPath, lay_by_widths};
 use facemill_job::setup::scene::Scene;
 use facemill_job::stages::{BETWEEN, HELP, LAY, LINKS, PICTURE, PLACES, Stages};
+use facemill_job_check::reach::check_reach;
 use facemill_tool_model::cl_from_cc;
 use facemill_tool_path::moves::lead::CutRegion;
 use facemill_tool_path::moves::{Move, OperationMoves, region_moves};
@@ -28,6 +28,7 @@ use facemill_tool_path::segments::pole::Tests;
 use facemill_tool_path::segments::{LaidTask, LeftOut, PassSegment, copy_outcomes, filled, split};
 use facemill_tool_path::winding::wound;
 use facemill_verification::operation_region::OperationRegion;
+use nalgebra::Point3;
 use rayon::prelude::*;
 
 use crate::passes::engagement::{PointEngagement, engagement_of_passes};
@@ -113,7 +114,7 @@ struct KeptPath {
 }
 
 /// Figures of an operation's passes in the first place of the pattern.
-#[derive(Clone, Copy)]
+#[derive(Clone)]
 pub(crate) struct LaidFigures {
     /// Passes as laid.
     pub(crate) passes: usize,
@@ -122,7 +123,7 @@ pub(crate) struct LaidFigures {
     /// Estimate of their time, for comparing rounds of laying, s; 0 if there are none.
     pub(crate) time: f64,
     /// Points without a posture.
-    pub(crate) without_posture: usize,
+    pub(crate) without_posture: Vec<Point3<f64>>,
 }
 
 impl<'a> PlannedOperation<'a> {

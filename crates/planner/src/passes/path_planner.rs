@@ -108,12 +108,14 @@ impl PathPlanner<'_, '_> {
     pub(crate) fn figures(&self, laid: &LaidPath, planned: &PlannedPath) -> LaidFigures {
         let length =
             |t: &LaidTask| -> f64 { t.pass.points.windows(2).map(|w| (w[1].position - w[0].position).norm()).sum() };
+        let points = planned.tasks.iter().zip(&planned.outcomes).flat_map(|(t, o)| t.pass.points.iter().zip(&o.points));
+        let without_posture = points.filter(|(_, outcome)| outcome.is_err());
         let time = |settings| self.detours(settings).time_of(&planned.tasks, &planned.outcomes);
         LaidFigures {
             passes: laid.tasks.len(),
             length: planned.tasks.iter().map(length).sum(),
             time: if may_be_corrected(self.operation) { time(&pass_settings(self.operation)) } else { 0.0 },
-            without_posture: planned.outcomes.iter().flat_map(|o| &o.points).filter(|o| o.is_err()).count(),
+            without_posture: without_posture.map(|(cc, _)| cc.position).collect(),
         }
     }
 

@@ -1,11 +1,14 @@
 //! Rounds of laying: narrower strips where the text leaves more than the permitted cusp.
 
+use facemill_cl_data::Aabb;
 use facemill_job::failure::Failure;
 use facemill_job::format::job_file::OperationFile;
 use facemill_job::format::report::WidthRoundReport;
 use facemill_job::stages::Stages;
+use facemill_surface_model::Tree;
 use facemill_verification::remaining::LeftPlace;
 use facemill_virtual_machine::HeldAsCut;
+use nalgebra::Point3;
 
 use crate::passes::high_places::{HighPlace, HighPlaces};
 use crate::passes::operation::{Corrections, PlannedOperation};
@@ -27,6 +30,10 @@ const LEAST_FACTOR: f64 = 0.5;
 /// Distance over which factors are spread, in largest step-overs. Smaller: a pass beside a high
 /// place does not notice it; larger: strips become narrower where none is too wide.
 const REACH: f64 = 0.75;
+
+/// Distance from a point without a posture within which no round can mend what is left, in largest
+/// step-overs: half of the strip that its pass would have cut.
+const BESIDE_WITHOUT: f64 = 0.5;
 
 /// Share of the points that may lose their posture from the first round to a better one.
 const MORE_WITHOUT: f64 = 1e-3;
@@ -136,7 +143,6 @@ impl Corrected {
     }
 
     /// Adds the places of an operation's region where a round leaves more than the permitted cusp.
-    /// Those that no cut reaches have other reasons.
     /// `allowance` is the height of the passes above the drive surface, mm; `round` counts from 1.
     fn add(
         &mut self,
@@ -145,7 +151,7 @@ impl Corrected {
         (allowance, round): (f64, u32),
     ) {
         let cusp = operation.tolerances.cusp_mm;
-        let high = || left.iter().filter(|place| place.is_cut && place.height > cusp);
+        let high = || left.iter().filter(|place| place.height > cusp);
         self.is_laid_anew = report.above_fraction > WIDESPREAD;
         if !self.is_laid_anew {
             let raised = |place: &LeftPlace| HighPlace {
@@ -218,25 +224,42 @@ fn measured<'a, H: Heads<'a, N>, const N: usize>(
     let names: Vec<&str> = scene.job.operations_of(scene.setup.file).map(|(_, o)| o.name.as_str()).collect();
     let operations = H::operations(&moves);
     let of = |o: &PlannedOperation<'_>| names.iter().position(|name| *name == o.operation.name);
-    let left: Vec<Vec<LeftPlace>> =
-        operations.iter().map(|o| of(o).map_or_else(Vec::new, |k| by_setup[k].clone())).collect();
+    let of = |o: &PlannedOperation<'_>| {
+        let reach = BESIDE_WITHOUT * o.operation.tolerances.max_step_over_mm;
+        of(o).map_or_else(Vec::new, |k| within_reach(&by_setup[k], &o.laid.without_posture, reach))
+    };
+    let left: Vec<Vec<LeftPlace>> = operations.iter().map(of).collect();
     let reports = operations.iter().zip(&left).map(|(operation, left)| round_report(operation, left)).collect();
     clock.lap("rounds of widths");
     Ok(Round { moves, left, reports })
 }
 
+/// Returns the places of an operation's region that further passes may lower: not those that no cut
+/// reaches, nor those nearer than `reach` (mm) to points without a posture.
+fn within_reach(left: &[LeftPlace], without_posture: &[Point3<f64>], reach: f64) -> Vec<LeftPlace> {
+    let boxes: Vec<Aabb> = without_posture.iter().map(|p| Aabb::of_points([p])).collect();
+    let tree = Tree::build(&boxes);
+    let is_beside =
+        |place: &LeftPlace| tree.find_in_boxes(|b| b.distance_sq(&place.position) <= reach * reach, Some).is_some();
+    left.iter().filter(|place| place.is_cut && !is_beside(place)).copied().collect()
+}
+
 fn round_report(operation: &PlannedOperation<'_>, left: &[LeftPlace]) -> WidthRoundReport {
     let cusp = operation.operation.tolerances.cusp_mm;
-    let cut = || left.iter().filter(|place| place.is_cut);
     let area = |places: &mut dyn Iterator<Item = &LeftPlace>| places.fold(0.0, |sum, place| sum + place.weight);
     WidthRoundReport {
         passes: operation.laid.passes,
         passes_added: operation.extra.moved + operation.extra.between + operation.extra.over,
         length_mm: operation.laid.length,
         time_s: operation.laid.time,
-        largest_mm: cut().map(|place| place.height).fold(0.0, f64::max),
-        above_fraction: area(&mut cut().filter(|place| place.height > cusp)) / area(&mut cut()).max(f64::MIN_POSITIVE),
-        points_without_posture: operation.laid.without_posture,
+        largest_mm: left.iter().map(|place| place.height).fold(0.0, f64::max),
+        above_fraction: area(&mut left.iter().filter(|place| place.height > cusp))
+            / area(&mut left.iter()).max(f64::MIN_POSITIVE),
+        points_without_posture: operation.laid.without_posture.len(),
         is_cut: false,
     }
 }
+
+#[cfg(test)]
+#[path = "../../tests/unit/program/width_rounds.rs"]
+mod tests;

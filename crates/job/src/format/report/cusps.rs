@@ -38,7 +38,8 @@ pub struct WidthRoundReport {
     /// Time of all passes by the machine's motion law, with an estimate of entries, exits and
     /// links, s.
     pub time_s: f64,
-    /// Largest height that the text leaves on the region where it is cut.
+    /// Largest height that the text leaves on the region where it is cut, farther than half the
+    /// largest step-over from points without a posture: passes may lower it there.
     pub largest_mm: f64,
     /// Share of that area with more than `cusp_mm` left, 0..=1.
     pub above_fraction: f64,
