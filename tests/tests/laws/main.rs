@@ -4,6 +4,7 @@
 mod across_rooms;
 mod circles;
 mod closed_forms;
+mod cusps_of_fronts;
 mod doors;
 mod efficiency;
 mod formats_page;

@@ -1,6 +1,7 @@
 //! Plans by constant scallop.
 
 use facemill::report::outcome::Outcome;
+use facemill_tests::commands::facemill_in;
 use facemill_tests::variants::variant;
 use serde_json::json;
 
@@ -18,10 +19,24 @@ fn a_patch_is_cut_from_a_seed_in_its_middle_within_its_tolerance() {
 }
 
 #[test]
-fn a_seed_beside_the_patch_is_refused_with_a_remedy() {
+fn seeds_groups_and_levels_that_lead_nowhere_are_refused_with_a_remedy() {
+    let refused = |strategy: serde_json::Value, words: &[&str]| {
+        let job = variant(&[(STRATEGY, strategy)]);
+        let output = facemill_in(&job, "plan job.json");
+        assert!(output.is_refused_for(words), "{words:?}: {} {}{}", output.code, output.printed, output.errors);
+        assert!(
+            output.errors.contains("operations[0].path") && output.errors.contains("job.json"),
+            "{}",
+            output.errors
+        );
+    };
     let seed = json!({ "cylinder": { "axis_direction": [0, 0, 1], "radius_mm": 900 } });
-    let job = variant(&[(STRATEGY, json!({ "constant_scallop": { "seed": seed } }))]);
-    let Err(e) = job.try_plan() else { panic!("no seed") };
-    let e = e.to_string();
-    assert!(e.contains("cylinder of radius 900 mm") && e.contains("move the seed"), "{e}");
+    refused(json!({ "constant_scallop": { "seed": seed } }), &["cylinder of radius 900 mm", "move the seed"]);
+    let seed = json!({ "points_mm": [[-10, 0, 30], [10, 0, 30]] });
+    refused(json!({ "constant_scallop": { "seed": seed } }), &["seed, point 0", "check frame and unit"]);
+    // The whole patch is one group: it has no border with another.
+    refused(json!({ "constant_scallop": { "seed": { "group_border": "patch" } } }), &["patch", "border"]);
+    refused(json!({ "constant_scallop": { "seed": { "group_border": "hub" } } }), &["hub"]);
+    let levels = json!({ "parallel_planes": { "normal": [0, 1, 0], "from_mm": -4, "to_mm": 4 } });
+    refused(json!({ "spiral": levels }), &["closed curve", "bound the levels"]);
 }
