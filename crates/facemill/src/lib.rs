@@ -112,6 +112,7 @@ pub use facemill_verification::stock_run::CutRequest;
 
 pub use facemill_batch as batch;
 pub use facemill_blade_file as blade_file;
+pub use facemill_called_program as called_program;
 pub use facemill_cc_path as cc_path;
 pub use facemill_channel_pair as channel_pair;
 pub use facemill_chip_area as chip_area;
