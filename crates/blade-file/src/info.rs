@@ -92,8 +92,8 @@ impl BladeInfo {
     /// Reads the bytes of an `.inf` file; `file` is its name in errors.
     ///
     /// # Errors
-    /// If a key or the unit is missing, a value is unknown, a name leads out of the folder, or there
-    /// are splitter blades.
+    /// If a key or the unit is missing, a value is unknown, a name leads out of the folder, or
+    /// there are splitter blades.
     pub fn read(file: &str, bytes: &[u8]) -> Result<Self, BladeFileError> {
         let text = text_of(file, bytes)?;
         let mut values: [Option<(&str, usize)>; KEYS.len()] = [None; KEYS.len()];

@@ -32,6 +32,9 @@ mod pages {
     #[doc = include_str!("../../blade-file/README.md")]
     struct BladeFile;
 
+    #[doc = include_str!("../../called-program/README.md")]
+    struct CalledProgram;
+
     #[doc = include_str!("../../channel-pair/README.md")]
     struct ChannelPair;
 

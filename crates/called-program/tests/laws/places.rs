@@ -43,7 +43,7 @@ fn lines_are_those_of_the_named_files() {
     std::fs::remove_dir_all(folder).expect("removed");
 }
 
-/// What people read has every run of lines, in order, and the checksums of the written files.
+/// Every run of lines is there, in order, and the checksums of the written files.
 #[test]
 fn the_text_that_runs_is_described_run_by_run() {
     let folder = folder("runs");

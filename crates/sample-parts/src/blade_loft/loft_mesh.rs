@@ -55,6 +55,23 @@ impl LoftedBlade {
     /// sections, where there are two, that of the triangle's side. So the facets of a flat end have
     /// its normal, and those of the sides theirs.
     ///
+    /// ```
+    /// use facemill_sample_parts::{BladeLoft, BladeSections};
+    /// use nalgebra::Point3;
+    ///
+    /// let bar = [[20, 2], [0, 2], [-20, 2], [-20, 0], [-20, -2], [0, -2], [20, -2], [20, 0]];
+    /// let section = |z: f64| bar.map(|[x, y]| Point3::new(f64::from(x), f64::from(y), z)).to_vec();
+    /// let given = BladeSections { sections: vec![section(0.0), section(30.0)], ..BladeSections::default() };
+    /// let blade = BladeLoft::new(&given, |p| p.x)?.mesh(0.01)?;
+    /// let edge = blade.mesh.groups().iter().find(|group| group.name == "trailing-edge").expect("a flat edge");
+    /// for facet in edge.triangles.clone() {
+    ///     for vertex in blade.mesh.triangles()[facet] {
+    ///         assert!((blade.normal_in(facet, vertex).x - 1.0).abs() < 1e-9);
+    ///     }
+    /// }
+    /// # Ok::<(), facemill_sample_parts::LoftError>(())
+    /// ```
+    ///
     /// # Panics
     /// If the mesh has no such triangle or vertex.
     #[must_use]

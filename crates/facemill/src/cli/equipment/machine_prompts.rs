@@ -62,8 +62,8 @@ impl Dialogue<'_> {
 }
 
 /// Asks for family, all values that no option gives, and the output file, one by one with unit and
-/// default; an empty answer keeps the default. A bad answer is refused with its reason, and asked
-/// for again.
+/// default; an empty answer keeps the default. A bad answer is refused with its reason, and the
+/// question comes again.
 ///
 /// # Errors
 /// If the answers end before the last question, or options contradict each other.
