@@ -4,6 +4,7 @@ use std::path::Path;
 use std::str::FromStr;
 use std::sync::OnceLock;
 
+use facemill_called_program::CalledProgram;
 use facemill_job::failure::Failure;
 use facemill_job::files;
 use facemill_job::format::job_file::JobFile;
@@ -12,6 +13,7 @@ use facemill_job::format::made_from::InputFile;
 use facemill_job::format::program_stamp::ProgramStamp;
 use facemill_job::load::job_source::read_job_file;
 use facemill_job::load::made_from::InputChecksums;
+use facemill_nc_program::Dialect;
 use serde_json::json;
 
 use crate::format::batch_file::TaskKindFile;
@@ -64,11 +66,30 @@ impl Keys {
         let path = Path::new(&task.job);
         let file = read_job_file(path, &settings)?;
         let inputs = self.checksums.of(path, &file)?;
-        let program = task.program.as_ref().map(|program| {
-            let path = Path::new(program);
-            files::read(path).map(|bytes| ProgramStamp::new(path, &bytes))
-        });
+        let program = task.program.as_ref().map(|program| TaskProgram::read(Path::new(program), file.post.dialect));
         Ok((key_of(task, &file, &settings, &inputs, program.transpose()?.as_ref()), inputs))
+    }
+}
+
+/// Program of a task in memory.
+pub(crate) struct TaskProgram {
+    /// Text that runs.
+    pub(crate) text: Vec<u8>,
+    /// Its files, if calls of subprograms were expanded.
+    pub(crate) called: Option<CalledProgram>,
+    stamp: ProgramStamp,
+}
+
+impl TaskProgram {
+    /// Reads a program, with the files of subprograms that it calls.
+    ///
+    /// # Errors
+    /// If a file cannot be read, or calls are nested without end.
+    pub(crate) fn read(path: &Path, dialect: Dialect) -> Result<Self, Failure> {
+        let written = files::read(path)?;
+        let stamp = ProgramStamp::new(path, &written);
+        let (called, text) = CalledProgram::expanded(path, &written, dialect)?.unzip();
+        Ok(Self { text: text.unwrap_or(written), called, stamp })
     }
 }
 
@@ -95,7 +116,7 @@ pub(crate) fn key_of(
     file: &JobFile,
     settings: &[JobSetting],
     inputs: &[InputFile],
-    program: Option<&ProgramStamp>,
+    program: Option<&TaskProgram>,
 ) -> String {
     let mut kind = task.kind.clone();
     // The program itself is in the key; the pattern that found it changes nothing.
@@ -104,7 +125,7 @@ pub(crate) fn key_of(
         TaskKindFile::Verify(verify) => verify.programs.clear(),
         TaskKindFile::Lengths(lengths) => lengths.programs.clear(),
     }
-    let text = json!({
+    let mut text = json!({
         "format": KEY_FORMAT,
         "facemill": env!("CARGO_PKG_VERSION"),
         "behaviour": behaviour(),
@@ -112,9 +133,12 @@ pub(crate) fn key_of(
         "settings": settings,
         "setup": task.setup,
         "kind": kind,
-        "program": program,
+        "program": program.map(|program| &program.stamp),
         "inputs": inputs,
     });
+    if let Some(called) = program.and_then(|program| program.called.as_ref()) {
+        text["called_files"] = json!(called.called_files());
+    }
     blake3::hash(text.to_string().as_bytes()).to_hex().to_string()
 }
 

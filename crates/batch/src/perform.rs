@@ -5,10 +5,8 @@ use std::time::Instant;
 
 use facemill_file_format::to_json;
 use facemill_job::failure::Failure;
-use facemill_job::files;
 use facemill_job::format::job_file::STOCK_TOLERANCE;
 use facemill_job::format::made_from::InputFile;
-use facemill_job::format::program_stamp::ProgramStamp;
 use facemill_job::format::program_times::ProgramTimes;
 use facemill_job::format::report::Report;
 use facemill_job::format::report::remaining::RemainingReport;
@@ -25,7 +23,7 @@ use crate::format::result_file::{
     FailedFile, FailureFormat, FailureKind, ResultFile, ResultFormat, TaskFigures, TaskTimes,
 };
 use crate::format::task_file::Task;
-use crate::key::{Keys, key_of, settings_of};
+use crate::key::{Keys, TaskProgram, key_of, settings_of};
 use crate::memory::peak_mib;
 use crate::store::task_lock::TaskLock;
 use crate::store::{RESULT, Store, TIMES};
@@ -167,7 +165,7 @@ fn change_of(read: &Result<ReadTask, Failure>, before: &[InputFile]) -> String {
 /// Job and program in memory.
 struct ReadTask {
     job: Job,
-    program: Option<Vec<u8>>,
+    program: Option<TaskProgram>,
     inputs: Vec<InputFile>,
     key: String,
 }
@@ -178,10 +176,9 @@ fn read_whole(task: &Task) -> Result<ReadTask, Failure> {
     if task.setup >= job.file.setups.len() {
         return Err(job.wrong(format!("has no setup {} with these settings", task.setup + 1)));
     }
-    let program = task.program.as_ref().map(|program| files::read(Path::new(program))).transpose()?;
-    let stamp = task.program.as_ref().zip(program.as_ref());
-    let stamp = stamp.map(|(path, bytes)| ProgramStamp::new(Path::new(path), bytes));
-    let key = key_of(task, &job.file, &settings, &inputs, stamp.as_ref());
+    let program = task.program.as_ref().map(|program| TaskProgram::read(Path::new(program), job.post.dialect()));
+    let program = program.transpose()?;
+    let key = key_of(task, &job.file, &settings, &inputs, program.as_ref());
     Ok(ReadTask { job, program, inputs, key })
 }
 
@@ -196,9 +193,14 @@ struct Work {
 }
 
 fn work(task: &Task, read: &ReadTask, stages: &dyn Stages) -> Result<Work, Failure> {
-    let program = || -> Result<(&Path, &[u8]), Failure> {
+    let program = || -> Result<(&Path, &TaskProgram), Failure> {
         let both = task.program.as_ref().zip(read.program.as_ref());
-        both.map(|(path, bytes)| (Path::new(path), &bytes[..])).ok_or_else(|| read.job.wrong("no program is named"))
+        let (path, program) = both.ok_or_else(|| read.job.wrong("no program is named"))?;
+        if let Some(called) = &program.called {
+            let text = read.job.read_program(&program.text, read.job.post.dialect());
+            text.map_err(|why| called.unread(why))?;
+        }
+        Ok((Path::new(path), program))
     };
     let done = match &task.kind {
         TaskKindFile::Plan(plan) => planned(read, task.setup, plan, stages),
@@ -265,7 +267,7 @@ fn cut_on(cell: Option<f64>) -> Option<CutRequest> {
 fn verified(
     read: &ReadTask,
     setup: usize,
-    (path, text): (&Path, &[u8]),
+    (path, program): (&Path, &TaskProgram),
     task: &VerifyTaskFile,
     stages: &dyn Stages,
 ) -> Result<Work, Failure> {
@@ -276,9 +278,12 @@ fn verified(
         cut: cut_on(task.stock_cell_mm),
         ..VerifyRequest::new(path, read.job.post.dialect())
     };
-    let mut verified = verify_program(&read.job, text, &request, stages)?;
+    let mut verified = verify_program(&read.job, &program.text, &request, stages)?;
     verified.complete([]);
-    let file = verified.file;
+    let mut file = verified.file;
+    if let Some(called) = &program.called {
+        called.complete(&mut file);
+    }
     let verification = &file.verification;
     let faults = verification.faults().count();
     let figures = TaskFigures {
@@ -298,7 +303,7 @@ fn verified(
 fn lengths_found(
     read: &ReadTask,
     setup: usize,
-    (path, text): (&Path, &[u8]),
+    (path, program): (&Path, &TaskProgram),
     task: &LengthsTaskFile,
     stages: &dyn Stages,
 ) -> Result<Work, Failure> {
@@ -312,7 +317,11 @@ fn lengths_found(
         certificates: false,
         holders: None,
     };
-    let found = lengths_of_program(&read.job, text, &request, stages)?;
+    let mut found = lengths_of_program(&read.job, &program.text, &request, stages)?;
+    if let Some(called) = &program.called {
+        found.file.map_lines(|line| called.written(line));
+        (found.file.program, found.file.called_files) = (called.stamp(), called.called_files());
+    }
     let faults = found.file.findings.iter().filter(|f| f.kind.is_fault()).count();
     let figures = TaskFigures {
         findings: Some(found.file.findings.len()),

@@ -4,8 +4,8 @@ use nalgebra::{Point2, Point3};
 
 use crate::curves::{CurveReader, ProfileSection};
 use crate::fault::{BladeFault, BladeFileError};
-use crate::info::{BladeInfo, RotationAxis};
-use crate::section_checks::check_sections;
+use crate::info::{BladeInfo, EdgeEnd, RotationAxis};
+use crate::section_checks::{check_ends, check_sections};
 
 /// A blade as its files describe it, mm.
 #[derive(Clone, Debug, PartialEq)]
@@ -14,6 +14,8 @@ pub struct BladeFile {
     pub axis: RotationAxis,
     /// Number of blades around the axis.
     pub n_blades: Option<u32>,
+    /// Form of leading and trailing edge, where the `.inf` file has it.
+    pub ends: [Option<EdgeEnd>; 2],
     /// Sections from hub to shroud, all with the same number of points and the same marks.
     pub sections: Vec<ProfileSection>,
     /// Hub from inlet to outlet; empty without a file.
@@ -82,5 +84,6 @@ pub fn read_blade(
     let profile = content(&info.profile_file)?;
     let sections = CurveReader { file, mm_per_unit, n_points: &mut n_points }.sections(&profile)?;
     check_sections(file, &sections)?;
-    Ok(BladeFile { axis: info.axis, n_blades: info.n_blades, sections, hub, shroud })
+    check_ends(file, &sections[0], &info.ends)?;
+    Ok(BladeFile { axis: info.axis, n_blades: info.n_blades, ends: info.ends, sections, hub, shroud })
 }

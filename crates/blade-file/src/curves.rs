@@ -1,5 +1,7 @@
 //! Hub, shroud and profile curves.
 
+use std::collections::BTreeSet;
+
 use nalgebra::Point3;
 
 use crate::fault::{BladeFault, BladeFileError};
@@ -93,9 +95,11 @@ impl CurveReader<'_> {
     pub(crate) fn sections(&mut self, bytes: &[u8]) -> Result<Vec<ProfileSection>, BladeFileError> {
         let mut sections: Vec<ProfileSection> = Vec::new();
         let mut open: Option<RawSection> = None;
+        let mut numbers = BTreeSet::new();
         for (k, text) in text_of(self.file, bytes)?.lines().enumerate() {
             let line = k + 1;
             if let Some(comment) = text.trim_start().strip_prefix('#') {
+                self.check_header(comment, line, &mut numbers)?;
                 // A comment right below another one is part of the same header.
                 let is_header = open.as_ref().is_some_and(|section| section.points.is_empty());
                 if is_header && open.as_ref().is_some_and(|section| section.line + 1 == line) {
@@ -123,6 +127,19 @@ impl CurveReader<'_> {
             sections.push(self.section(section)?);
         }
         Ok(sections)
+    }
+
+    /// Refuses a header of another blade: it names a splitter, or a number of a profile for the
+    /// second time.
+    fn check_header(&self, comment: &str, line: usize, numbers: &mut BTreeSet<u32>) -> Result<(), BladeFileError> {
+        let words: Vec<&str> = comment.split(|c: char| !c.is_alphanumeric()).filter(|w| !w.is_empty()).collect();
+        let is = |word: &str, name: &str| word.eq_ignore_ascii_case(name);
+        let number = words.windows(2).find(|pair| is(pair[0], "profile")).and_then(|pair| pair[1].parse().ok());
+        let is_repeated = number.is_some_and(|number| !numbers.insert(number));
+        if is_repeated || words.iter().any(|word| is(word, "splitter") || is(word, "splitters")) {
+            return Err(BladeFileError::at(self.file, line, BladeFault::Splitter(shown(comment.trim()))));
+        }
+        Ok(())
     }
 
     /// Point and mark of a line, if it has any.

@@ -60,6 +60,12 @@ pub enum BladeFault {
         /// Greatest value.
         most: u32,
     },
+    /// Splitter blades: several blades in a set.
+    #[error(
+        "\"{0}\" is of a splitter blade; each blade needs a profile file with its sections alone, and an .inf file of \
+         its own that names it, with \"Number of Blades Per Set: 1\" or without that line"
+    )]
+    Splitter(String),
     /// A name that leads out of the folder of the `.inf` file.
     #[error("the name \"{0}\" leads out of the folder; name a file below the folder of the .inf file")]
     OutsideName(String),
@@ -91,7 +97,10 @@ pub enum BladeFault {
     #[error("the point is the same as the one before; remove one of them")]
     DuplicatePoint,
     /// Sections have different numbers of points.
-    #[error("\"{name}\" has {given} points, the first section {first}; export all sections with the same number")]
+    #[error(
+        "\"{name}\" has {given} points, the first section {first}; export all sections with the same number, and those \
+         of a splitter blade in a file of their own"
+    )]
     UnequalSections {
         /// Name of the section.
         name: String,
@@ -131,6 +140,9 @@ pub enum BladeFault {
     #[error("\"{0}\" runs the other way round than the first section; reverse its points")]
     ReversedSection(String),
     /// A section lies behind the one before it.
-    #[error("\"{0}\" does not lie on the shroud's side of the section before; order the sections from hub to shroud")]
+    #[error(
+        "\"{0}\" does not lie on the shroud's side of the section before; order the sections from hub to shroud, and \
+         export those of a splitter blade in a file of their own"
+    )]
     DisorderedSection(String),
 }

@@ -26,6 +26,15 @@ impl RotationAxis {
     }
 }
 
+/// Form of an edge, as the keys `Blade 0 LE` and `Blade 0 TE` give it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum EdgeEnd {
+    /// Rounded by an ellipse (`EllipseEnd`).
+    Ellipse,
+    /// Flat between two corners (`CutOffEnd`).
+    CutOff,
+}
+
 /// Content of an `.inf` file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BladeInfo {
@@ -33,6 +42,8 @@ pub struct BladeInfo {
     pub axis: RotationAxis,
     /// Number of blades around the axis, 1 to 1000.
     pub n_blades: Option<u32>,
+    /// Form of leading and trailing edge, where the file has it.
+    pub ends: [Option<EdgeEnd>; 2],
     /// Length of the unit of the curve files, mm.
     pub mm_per_unit: f64,
     /// Name of the profile file, and the line that names it.
@@ -45,6 +56,8 @@ pub struct BladeInfo {
 
 const AXIS: &str = "Axis of Rotation";
 const BLADES: &str = "Number of Blade Sets";
+const PER_SET: &str = "Number of Blades Per Set";
+const EDGES: [&str; 2] = ["Blade 0 LE", "Blade 0 TE"];
 const UNITS: &str = "Geometry Units";
 const COORDINATES: &str = "Coordinate System";
 const HUB: &str = "Hub Data File";
@@ -52,7 +65,7 @@ const SHROUD: &str = "Shroud Data File";
 const PROFILE: &str = "Profile Data File";
 
 /// Keys that are read; others are of no use for the blade's shape.
-const KEYS: [&str; 7] = [AXIS, BLADES, UNITS, COORDINATES, HUB, SHROUD, PROFILE];
+const KEYS: [&str; 10] = [AXIS, BLADES, UNITS, COORDINATES, HUB, SHROUD, PROFILE, PER_SET, EDGES[0], EDGES[1]];
 
 /// Greatest number of blades.
 const MOST_BLADES: u32 = 1000;
@@ -79,7 +92,8 @@ impl BladeInfo {
     /// Reads the bytes of an `.inf` file; `file` is its name in errors.
     ///
     /// # Errors
-    /// If a key or the unit is missing, a value is unknown, or a name leads out of the folder.
+    /// If a key or the unit is missing, a value is unknown, a name leads out of the folder, or
+    /// there are splitter blades.
     pub fn read(file: &str, bytes: &[u8]) -> Result<Self, BladeFileError> {
         let text = text_of(file, bytes)?;
         let mut values: [Option<(&str, usize)>; KEYS.len()] = [None; KEYS.len()];
@@ -87,6 +101,9 @@ impl BladeInfo {
             let line = line.split(['!', '#']).next().unwrap_or_default();
             let Some((key, value)) = line.split_once(':') else { continue };
             let key = key.split_whitespace().collect::<Vec<_>>().join(" ");
+            if is_of_splitter(&key) {
+                return Err(BladeFileError::at(file, k + 1, BladeFault::Splitter(shown(&key))));
+            }
             let Some(known) = KEYS.iter().position(|known| known.eq_ignore_ascii_case(&key)) else { continue };
             let value = value.trim();
             if values[known].is_some_and(|(before, _)| before != value) {
@@ -94,7 +111,15 @@ impl BladeInfo {
             }
             values[known] = Some((value, k + 1));
         }
-        let [axis, blades, units, coordinates, hub, shroud, profile] = values;
+        let [axis, blades, units, coordinates, hub, shroud, profile, per_set, leading, trailing] = values;
+        if let Some((value, line)) = per_set
+            && count_of(file, PER_SET, value, line)? > 1
+        {
+            let fault = BladeFault::Splitter(format!("{PER_SET}: {}", shown(value)));
+            return Err(BladeFileError::at(file, line, fault));
+        }
+        let end =
+            |key, entry: Option<(&str, usize)>| entry.map(|(value, line)| edge_end(file, key, value, line)).transpose();
         if let Some((value, line)) = coordinates {
             let known = BladeFault::UnknownValue { key: COORDINATES, value: shown(value), known: "Cartesian" };
             value.eq_ignore_ascii_case("cartesian").then_some(()).ok_or(BladeFileError::at(file, line, known))?;
@@ -105,7 +130,8 @@ impl BladeInfo {
         let missing = |key| BladeFileError::of_file(file, BladeFault::MissingKey(key));
         Ok(Self {
             axis: axis.map_or(Ok(RotationAxis::Z), |(value, line)| axis_of(file, value, line))?,
-            n_blades: blades.map(|(value, line)| blades_of(file, value, line)).transpose()?,
+            n_blades: blades.map(|(value, line)| count_of(file, BLADES, value, line)).transpose()?,
+            ends: [end(EDGES[0], leading)?, end(EDGES[1], trailing)?],
             mm_per_unit: units.map_or(Err(missing(UNITS)), |(value, line)| unit_of(file, value, line))?,
             profile_file: name(profile)?.ok_or_else(|| missing(PROFILE))?,
             hub_file: name(hub)?,
@@ -142,10 +168,28 @@ fn axis_of(file: &str, value: &str, line: usize) -> Result<RotationAxis, BladeFi
     }
 }
 
-fn blades_of(file: &str, value: &str, line: usize) -> Result<u32, BladeFileError> {
-    let wrong = || BladeFault::WrongCount { key: BLADES, value: shown(value), most: MOST_BLADES };
+fn count_of(file: &str, key: &'static str, value: &str, line: usize) -> Result<u32, BladeFileError> {
+    let wrong = || BladeFault::WrongCount { key, value: shown(value), most: MOST_BLADES };
     let number = value.parse().ok().filter(|n| (1..=MOST_BLADES).contains(n));
     number.ok_or_else(|| BladeFileError::at(file, line, wrong()))
+}
+
+fn edge_end(file: &str, key: &'static str, value: &str, line: usize) -> Result<EdgeEnd, BladeFileError> {
+    let known = [("EllipseEnd", EdgeEnd::Ellipse), ("CutOffEnd", EdgeEnd::CutOff)];
+    let found = known.into_iter().find(|(name, _)| name.eq_ignore_ascii_case(value)).map(|(_, end)| end);
+    let fault = || BladeFault::UnknownValue { key, value: shown(value), known: "EllipseEnd, CutOffEnd" };
+    found.ok_or_else(|| BladeFileError::at(file, line, fault()))
+}
+
+/// Returns whether a key describes an edge of another blade than the first one of a set.
+fn is_of_splitter(key: &str) -> bool {
+    let mut words = key.split(' ');
+    let [blade, number, edge] = [words.next(), words.next(), words.next()];
+    let is = |word: Option<&str>, names: &[&str]| {
+        word.is_some_and(|word| names.iter().any(|name| name.eq_ignore_ascii_case(word)))
+    };
+    let is_other = number.and_then(|number| number.parse::<u32>().ok()).is_some_and(|number| number > 0);
+    is(blade, &["blade"]) && is_other && is(edge, &["le", "te"]) && words.next().is_none()
 }
 
 fn unit_of(file: &str, value: &str, line: usize) -> Result<f64, BladeFileError> {

@@ -10,8 +10,8 @@
 //! cut-off edge `le1`, `le2`, `te1`, `te2` at its two corners. Lines with `#` are comments that
 //! begin a new section, lines with `!` are comments.
 //!
-//! It assumes without a test that the sections of a profile file are those of one blade: what files
-//! with splitter blades hold more is refused where it is out of order.
+//! Splitter blades are refused: by the keys of the `.inf` file, the headers of sections, and the
+//! order of sections. Each blade is a profile file of its own.
 //!
 //! Modules; each imports only those above it:
 //!
@@ -34,4 +34,4 @@ mod section_checks;
 pub use blade::{BladeFile, read_blade};
 pub use curves::{MAX_POINTS, MAX_SECTION_POINTS, MIN_SECTION_POINTS, ProfileSection};
 pub use fault::{BladeFault, BladeFileError};
-pub use info::{BladeInfo, RotationAxis};
+pub use info::{BladeInfo, EdgeEnd, RotationAxis};

@@ -4,6 +4,7 @@ use nalgebra::{Point2, Point3, Vector3};
 
 use crate::curves::ProfileSection;
 use crate::fault::{BladeFault, BladeFileError};
+use crate::info::EdgeEnd;
 
 /// Least share of the square over a section's size that it must enclose: less is round-off.
 const LEAST_AREA: f64 = 1e-6;
@@ -39,6 +40,25 @@ pub(crate) fn check_sections(file: &str, sections: &[ProfileSection]) -> Result<
         .collect::<Result<Vec<_>, _>>()?;
     check_order(file, sections, &areas)?;
     sections.iter().zip(&areas).try_for_each(|(section, area)| check_crossings(file, section, area))
+}
+
+/// Checks that no edge is marked at two corners and said to be rounded.
+pub(crate) fn check_ends(
+    file: &str,
+    first: &ProfileSection,
+    ends: &[Option<EdgeEnd>; 2],
+) -> Result<(), BladeFileError> {
+    for (marks, end) in [first.leading, first.trailing].into_iter().zip(ends) {
+        if let (Some([a, b]), Some(EdgeEnd::Ellipse)) = (marks, end)
+            && a != b
+        {
+            let what = "an edge with two marks is cut off, but the .inf file says EllipseEnd; keep one mark (le, te), or \
+                        write CutOffEnd";
+            let fault = BladeFault::WrongMarks { name: first.name.clone(), what };
+            return Err(BladeFileError::at(file, first.lines[a], fault));
+        }
+    }
+    Ok(())
 }
 
 fn check_order(file: &str, sections: &[ProfileSection], areas: &[Vector3<f64>]) -> Result<(), BladeFileError> {

@@ -32,6 +32,9 @@ mod pages {
     #[doc = include_str!("../../blade-file/README.md")]
     struct BladeFile;
 
+    #[doc = include_str!("../../called-program/README.md")]
+    struct CalledProgram;
+
     #[doc = include_str!("../../channel-pair/README.md")]
     struct ChannelPair;
 
@@ -117,6 +120,7 @@ pub use facemill_verification::stock_run::CutRequest;
 
 pub use facemill_batch as batch;
 pub use facemill_blade_file as blade_file;
+pub use facemill_called_program as called_program;
 pub use facemill_cc_path as cc_path;
 pub use facemill_channel_pair as channel_pair;
 pub use facemill_chip_area as chip_area;

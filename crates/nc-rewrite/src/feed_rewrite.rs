@@ -12,7 +12,7 @@ use facemill_job::failure::Failure;
 use facemill_job::load::letter;
 use facemill_job::setup::word_map::word_frame;
 use facemill_nc_program::dialect::{DialectFile, NumberRule};
-use facemill_nc_program::read::{Feed, MotionKind, ProgramReader, ReadBlock, ReadMotion};
+use facemill_nc_program::read::{Feed, MotionKind, ProgramReader, ReadBlock, ReadError, ReadMotion};
 use facemill_nc_program::{Dialect, FeedMode, MappedAxis, WordMap, WorkOffset};
 use facemill_virtual_machine::motion::axis_motion::{AxisMotion, MotionContext, MotionReader, StraightCut, legs};
 use facemill_virtual_machine::program_time::program_moves::{MoveRuns, is_standstill};
@@ -142,6 +142,24 @@ pub enum FeedRewriteError {
     /// The program or the settings have a fault.
     #[error("{0}")]
     Program(String),
+    /// A line of the program has a fault.
+    #[error("line {line}: {why}{}", shown(block_text.as_deref()))]
+    Line {
+        /// Its number, from 1.
+        line: u32,
+        /// The fault.
+        why: String,
+        /// Text of the line where it is the block at fault.
+        block_text: Option<String>,
+    },
+    /// The text of the program is not understood.
+    #[error("{0}")]
+    Text(ReadError),
+}
+
+/// Returns the end of a message, which shows the block at fault.
+fn shown(block_text: Option<&str>) -> String {
+    block_text.map_or_else(String::new, |text| format!(": {text}"))
 }
 
 impl From<String> for FeedRewriteError {
@@ -201,14 +219,15 @@ fn read<'s, R: BufRead>(
         if source.read_until(b'\n', &mut line).map_err(FeedRewriteError::Read)? == 0 {
             break;
         }
-        let block = reader.read_line(&line).map_err(|e| e.to_string())?;
+        let block = reader.read_line(&line).map_err(FeedRewriteError::Text)?;
         if let Some(block) = &block {
             doubts.read(block);
         }
         let edit = match &block {
-            Some(block) => run.block(block).map_err(|why| {
-                let shown = String::from_utf8_lossy(line.trim_ascii()).into_owned();
-                format!("{why}: {shown}")
+            Some(block) => run.block(block).map_err(|why| FeedRewriteError::Line {
+                line: block.line,
+                why,
+                block_text: Some(String::from_utf8_lossy(line.trim_ascii()).into_owned()),
             })?,
             None => Edit::Keep,
         };
@@ -330,22 +349,24 @@ impl<'s> FeedOptimizer<'s> {
         })
     }
 
+    /// Returns the change of a line.
+    ///
+    /// # Errors
+    /// With the fault of the block, without its line.
     fn block(&mut self, block: &ReadBlock) -> Result<Edit, String> {
-        let at_line = |why: String| format!("line {}: {why}", block.line);
         let is_named = block.feed_span().is_some();
         if block.skippable && (is_named || block.motion.is_some()) {
-            return Err(at_line(
-                "a switch decides whether it is run, and so determines feed and position of the next block".to_owned(),
-            ));
+            let why = "a switch decides whether it is run, and so determines feed and position of the next block";
+            return Err(why.to_owned());
         }
         let stops = is_standstill(block);
         if stops {
             self.law.stop();
         }
         if let Some(motion) = &block.motion {
-            check_vectors(self.settings.dialect, motion).map_err(at_line)?;
+            check_vectors(self.settings.dialect, motion)?;
         }
-        let way = self.follower.block(block).map_err(at_line)?;
+        let way = self.follower.block(block)?;
         let Some(motion) = &block.motion else {
             self.forget_feed(is_named);
             return Ok(Edit::Keep);
@@ -354,7 +375,7 @@ impl<'s> FeedOptimizer<'s> {
         if stops {
             self.law.stop();
         }
-        edit.map_err(at_line)
+        edit
     }
 
     fn motion(&mut self, block: &ReadBlock, motion: &ReadMotion, way: AxisMotion) -> Result<Edit, String> {

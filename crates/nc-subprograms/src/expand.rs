@@ -87,9 +87,22 @@ impl ExpandedProgram {
     /// Returns the file of a written line, and the line in it, from 1.
     #[must_use]
     pub fn place(&self, written: u32) -> (&str, u32) {
-        let behind = self.files.partition_point(|file| file.first_line <= written);
-        let file = &self.files[behind.saturating_sub(1)];
+        let file = self.file(written);
         (&file.name, written.saturating_sub(file.first_line) + 1)
+    }
+
+    /// Returns the text of a written line, without blanks at its ends; empty behind the last one.
+    #[must_use]
+    pub fn written_text(&self, written: u32) -> String {
+        let file = self.file(written);
+        let mut lines = file.text.split(|byte| *byte == b'\n');
+        let line = lines.nth(written.saturating_sub(file.first_line) as usize).unwrap_or_default();
+        String::from_utf8_lossy(line.trim_ascii()).into_owned()
+    }
+
+    fn file(&self, written: u32) -> &ExpandedFile {
+        let behind = self.files.partition_point(|file| file.first_line <= written);
+        &self.files[behind.saturating_sub(1)]
     }
 }
 

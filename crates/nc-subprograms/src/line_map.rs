@@ -20,6 +20,13 @@ impl LineMap {
         }
     }
 
+    /// Returns runs of lines that follow each other in both: first and last line of the text, and
+    /// the written line of the first one.
+    pub fn runs(&self) -> impl Iterator<Item = ([u32; 2], u32)> {
+        let ends = self.runs.iter().skip(1).map(|(next, _)| next - 1).chain([self.n_lines]);
+        self.runs.iter().zip(ends).map(|((first, written), last)| ([*first, last], *written))
+    }
+
     /// Returns the written line of a line of the text, both from 1; of a line behind the text that
     /// of its last line.
     #[must_use]

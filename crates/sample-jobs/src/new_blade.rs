@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use facemill_blade_file::{BladeFile, ProfileSection, read_blade};
-use facemill_sample_parts::{BladeLoft, BladeSections, Endwalls, HubSector, LoftEnd, LoftedBlade};
+use facemill_blade_file::{BladeFile, EdgeEnd, ProfileSection, read_blade};
+use facemill_sample_parts::{BladeLoft, BladeSections, EdgeForm, Endwalls, HubSector, LoftEnd, LoftedBlade};
 use facemill_surface_model::{TriMesh, write_obj};
 use nalgebra::{Matrix3, Point3, Rotation3, Unit, UnitQuaternion, Vector3};
 use serde_json::{Value, json};
@@ -128,6 +128,12 @@ fn loft(file: &BladeFile, scale: f64, with_hub: bool) -> Result<LoftedBlade, Str
         is_cut_off: !first.is_closed,
         leading: first.leading,
         trailing: first.trailing,
+        forms: file.ends.map(|end| {
+            end.map(|end| match end {
+                EdgeEnd::Ellipse => EdgeForm::Round,
+                EdgeEnd::CutOff => EdgeForm::Flat,
+            })
+        }),
     };
     let far = given.sections.iter().flatten().map(|p| (p - given.sections[0][0]).norm()).fold(0.0, f64::max);
     let tolerance = (CHORD_SHARE * far).clamp(CHORD_LIMITS[0], CHORD_LIMITS[1]);

@@ -76,7 +76,7 @@ mod surface_point;
 
 pub use crate::blade_loft::endwalls::{Endwalls, HubSector, LoftEnd};
 pub use crate::blade_loft::loft_mesh::LoftedBlade;
-pub use crate::blade_loft::loft_surface::{BladeLoft, BladeSections};
+pub use crate::blade_loft::loft_surface::{BladeLoft, BladeSections, EdgeForm};
 pub use crate::propeller::anti_singing::AntiSingingEdge;
 pub use crate::propeller::blade::{BladeResolution, blade};
 pub use crate::propeller::blade_section::{BladeSection, BladeSide};

@@ -122,6 +122,15 @@ pub enum LoftError {
     /// Marks of an edge are no points, or both edges are one.
     #[error("marks of the edges are no points of the sections, or the same for both edges")]
     WrongMarks,
+    /// An edge that is known as flat has no corners.
+    #[error(
+        "the {edge} edge is said to be cut off, but no two corners of more than 60° are there in all sections; mark \
+         them, or say that the edge is rounded"
+    )]
+    NoFlatEnd {
+        /// `leading` or `trailing`.
+        edge: &'static str,
+    },
     /// The surface folds, because points of equal index do not belong together.
     #[error(
         "the surface folds near point {point} between section {section} and the next; \
@@ -152,6 +161,15 @@ pub enum LoftError {
         /// Point of the sections.
         point: usize,
         /// Distance, mm.
+        gap_mm: f64,
+    },
+    /// A sector of the hub is requested, and the blade ends before the hub.
+    #[error(
+        "the blade ends {gap_mm:.3} mm before the hub, so that it does not stand on a sector of it; add a section on the \
+         hub or beyond it, or leave the sector out"
+    )]
+    HubNotReached {
+        /// Largest distance of the first section's points from the hub, mm.
         gap_mm: f64,
     },
     /// Hub and shroud leave nothing of the blade.

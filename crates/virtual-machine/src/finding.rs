@@ -469,20 +469,20 @@ impl fmt::Display for Finding {
             }
             f.write_str(")")?;
         }
-        write!(f, ": {}", self.kind)?;
-        for part in [&self.body, &self.axis].into_iter().flatten() {
-            write!(f, ", {part}")?;
-        }
-        if let Some(obstacle) = &self.obstacle {
-            write!(f, " at {obstacle}")?;
-        }
-        if let Some(measure) = &self.measure {
-            write!(f, ", {measure}")?;
-        }
-        if !self.note.is_empty() {
-            write!(f, ", {}", self.note)?;
-        }
-        write!(f, ": `{}`", self.block_text)
+        write!(f, ": {}", self.description())
+    }
+}
+
+impl Finding {
+    /// Describes kind, bodies, size and block, without lines.
+    #[must_use]
+    pub fn description(&self) -> String {
+        let parts = [&self.body, &self.axis].into_iter().flatten().map(|part| format!(", {part}"));
+        let obstacle = self.obstacle.iter().map(|obstacle| format!(" at {obstacle}"));
+        let measure = self.measure.iter().map(|measure| format!(", {measure}"));
+        let note = Some(format!(", {}", self.note)).filter(|_| !self.note.is_empty());
+        let rest: String = parts.chain(obstacle).chain(measure).chain(note).collect();
+        format!("{}{rest}: `{}`", self.kind, self.block_text)
     }
 }
 

@@ -51,7 +51,12 @@ pub enum LinkHold {
     /// Its motions have different laws.
     Laws,
     /// A fault of the text leaves open where the axes are.
-    Doubt(String),
+    Doubt {
+        /// Line of the fault.
+        line: u32,
+        /// The fault.
+        what: String,
+    },
 }
 
 /// How free a way has to be of the stock as it is then.
@@ -320,7 +325,7 @@ fn link(program: &ReadProgram, run: &[Move], first: usize, is_last: bool, doubts
     } else if is_last {
         Some(LinkHold::WayOut)
     } else if let Some(doubt) = doubt {
-        Some(LinkHold::Doubt(format!("line {}: {}", doubt.line, doubt.what)))
+        Some(LinkHold::Doubt { line: doubt.line, what: doubt.what.clone() })
     } else {
         run.iter().any(|m| m.law != run[0].law || is_one_head && !m.moves_tool).then_some(LinkHold::Laws)
     };

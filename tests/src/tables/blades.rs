@@ -1,5 +1,7 @@
 //! Plans of both sides of every blade of the shared data.
 
+use std::ops::Range;
+
 use facemill::new_job::NewJob;
 use facemill::{Failure, Job, PlanSettings, Planned, SilentStages, plan_setup};
 use serde_json::json;
@@ -28,6 +30,26 @@ pub struct BladeOutcome {
 /// # Panics
 /// When the blade has no job.
 pub fn sides(file: &'static str, hub: bool, spread: f64) -> Vec<BladeOutcome> {
+    chosen_passes(file, hub, &ChosenPasses { sides: 0..2, spread, band_mm: None })
+}
+
+/// Passes of a blade's sides that are planned.
+pub struct ChosenPasses {
+    /// Numbers of the sides.
+    pub sides: Range<usize>,
+    /// Factor of the distance between passes.
+    pub spread: f64,
+    /// Width of the band in the middle of the span, mm, of which they are alone, without cutting
+    /// the stock; else all are planned.
+    pub band_mm: Option<f64>,
+}
+
+/// Plans sides of a blade as [`sides`] does, with some of their passes.
+///
+/// # Panics
+/// When the blade has no job.
+pub fn chosen_passes(file: &'static str, hub: bool, chosen: &ChosenPasses) -> Vec<BladeOutcome> {
+    let spread = chosen.spread;
     let Some(from) = shared(&format!("data/blades/{file}")) else { return Vec::new() };
     let folder = JobFolder::new(&NewJob::Blade { from, scale: 1.0, hub });
     if spread > 1.0 {
@@ -46,9 +68,18 @@ pub fn sides(file: &'static str, hub: bool, spread: f64) -> Vec<BladeOutcome> {
             );
         }
     }
+    if let Some(band) = chosen.band_mm {
+        folder.set("job.json", &[("/verification", json!({ "cut_stock": false }))]);
+        for side in 0..2 {
+            let key = |name: &str| format!("/operations/{side}/path/strategy/strategy/parallel_planes/{name}");
+            folder.set("job.json", &[(&key("from_mm"), json!(-0.5 * band)), (&key("to_mm"), json!(0.5 * band))]);
+        }
+    }
     let job = Job::read(&folder.job()).expect("a job");
     let settings = || PlanSettings { verify: true, certificates: false };
-    (0..2)
+    chosen
+        .sides
+        .clone()
         .map(|k| BladeOutcome {
             file,
             hub,
@@ -75,8 +106,9 @@ pub fn markdown(outcomes: &[BladeOutcome]) -> String {
             }
             Ok(planned) => {
                 let report = &planned.report;
-                let triangles =
-                    report.meshes[1].repair.get("n_triangles_in").map_or(String::new(), ToString::to_string);
+                // Drive surface and part are of one file, which is listed once.
+                let part = report.meshes.last().and_then(|mesh| mesh.repair.get("n_triangles_in"));
+                let triangles = part.map_or(String::new(), ToString::to_string);
                 text += &format!(
                     "{start} {triangles} | {} | {:.2} % | {:.2} | {:.3} / {:.3} | {} |\n",
                     report.totals.cc_points,

@@ -1,6 +1,7 @@
 //! Commands of a batch, and its results against those of the commands for one job.
 
 use facemill_tests::batches::{batch, batch_command, blink_batch, keys_in, write_batch};
+use facemill_tests::calls::with_a_call;
 use facemill_tests::jobs::JobFolder;
 use facemill_tests::program::{code_and_errors, run};
 use serde_json::{Value, json};
@@ -106,6 +107,42 @@ fn programs_are_verified_and_given_lengths_as_by_the_commands_for_one() {
         assert_eq!(code_and_errors(&run(&[&[kind][..], &words].concat())).0, 0);
         let result = std::fs::read(job.path(&format!("out/tasks/{key}/{file}"))).unwrap();
         assert!(result == std::fs::read(own).unwrap(), "{file} differs from that of facemill {kind}");
+    }
+}
+
+/// Calls are expanded as by the commands for one program, with the lines of the written files; a
+/// called file is an input of its task.
+#[test]
+fn programs_with_subprograms_are_run_as_by_the_commands_for_one() {
+    let job = blink_batch(1);
+    done(&job, "run", &["--quiet"]);
+    let key = keys_in(&job.path("out")).remove(0);
+    let flat = std::fs::read_to_string(job.path(&format!("out/tasks/{key}/program.nc"))).unwrap();
+    let [main, sub] = with_a_call(&flat);
+    job.write("main.nc", main.as_bytes());
+    for (kind, file) in [("verify", "verification.json"), ("lengths", "lengths.json")] {
+        job.write("O2999.nc", sub.as_bytes());
+        let task = json!({ kind: { "programs": "main.nc" } });
+        let batch = json!({ "format": "facemill-batch/1", "jobs": { "list": ["job.json"] }, "task": task });
+        job.write("batch.json", batch.to_string().as_bytes());
+        done(&job, "run", &["--quiet"]);
+        let key = || {
+            let tasks = json_of(&facemill_tests::batches::batch(&job, "expand", "out", &["--json"]));
+            tasks["tasks"][0]["key"].as_str().unwrap().to_owned()
+        };
+        let key_before = key();
+        let own = job.path(&format!("{kind}.json"));
+        let [program, of_job] = [job.path("main.nc"), job.job()];
+        let words = [program.to_str().unwrap(), "--job", of_job.to_str().unwrap(), "--out", own.to_str().unwrap()];
+        assert_eq!(code_and_errors(&run(&[&[kind][..], &words].concat())).0, 0, "{kind}");
+        let result = std::fs::read(job.path(&format!("out/tasks/{key_before}/{file}"))).unwrap();
+        assert!(result == std::fs::read(own).unwrap(), "{file} differs from that of facemill {kind}");
+        let result: Value = serde_json::from_slice(&result).unwrap();
+        obeys(if kind == "verify" { "verification" } else { kind }, &result);
+        assert_eq!(result["called_files"][0]["file"], "O2999.nc", "{kind}");
+        assert_eq!(result["program"]["file"], "main.nc", "{kind}");
+        job.write("O2999.nc", sub.replace("PART", "SOME").as_bytes());
+        assert_ne!(key(), key_before, "{kind}: another subprogram");
     }
 }
 

@@ -313,15 +313,75 @@ fn feeds_links_and_lengths_of_called_subprograms_are_those_of_the_flat_program()
         };
         assert_eq!(values(&flat), values(&called), "{name}");
         // Lines and texts are those of the written files: each text is in its line.
-        let main = text_of(&job, &format!("out/program-main.{ending}"));
-        let lines: Vec<&str> = main.lines().collect();
         for by in called["lengths"].as_array().expect("lengths").iter().filter_map(|l| l.get("forced_by")) {
-            let line = by["line"].as_u64().expect("a line") as usize;
             let text = by["block_text"].as_str().expect("a text");
-            assert!(place == "files" || lines[line - 1].contains(text), "{name}: `{text}` in line {line}");
+            let written = written_line(&job, &called, &by["line"]);
+            assert!(written.contains(text), "{name}: `{text}` in `{written}`");
         }
-        assert_eq!(called["program"]["file"], json!(format!("program-main.{ending}")), "{name}");
+        // Links are those of the flat program: each begins and ends in a line with the same words.
+        let [of_flat, rapids] = ["program", "program-main"].map(|kind| job.json(&format!("rapids-{kind}.json")));
+        let ends = |report: &Value| -> Vec<String> {
+            let links = report["links"].as_array().expect("links").iter();
+            let lines = links.flat_map(|link| link["lines"].as_array().expect("lines"));
+            lines.map(|line| without_number(&written_line(&job, report, line))).collect()
+        };
+        assert!(ends(&of_flat).len() >= 2 && ends(&of_flat) == ends(&rapids), "{name}: {:?}", ends(&rapids));
+        for file in [&called, &rapids] {
+            assert_eq!(file["program"]["file"], json!(format!("program-main.{ending}")), "{name}");
+            assert_eq!(file["called_files"] == json!([]), place == "program", "{name}");
+        }
+        for planted in ["F0", "Q"] {
+            feed_fault_is_found(&job, name, planted);
+        }
     }
+}
+
+/// Words of a line, without its number.
+fn without_number(line: &str) -> String {
+    let is_number = |word: &str| word.trim_start_matches('N').parse::<u32>().is_ok();
+    let words: Vec<&str> = line.split_whitespace().collect();
+    words[usize::from(words.first().is_some_and(|first| is_number(first)))..].join(" ")
+}
+
+/// Line of the written files that a report counts: those of called files behind the program's.
+fn written_line(job: &JobFolder, report: &Value, line: &Value) -> String {
+    let line = line.as_u64().expect("a line");
+    let called = report["called_files"].as_array().into_iter().flatten();
+    let called = called.map(|file| (file["first_line"].as_u64().expect("a line"), &file["file"]));
+    let files = std::iter::once((1, &report["program"]["file"])).chain(called);
+    let (first, file) = files.take_while(|(first, _)| *first <= line).last().expect("a file");
+    let text = text_of(job, &format!("out/{}", file.as_str().expect("a name")));
+    text.lines().nth((line - first) as usize).unwrap_or_else(|| panic!("line {line} in {file}")).to_owned()
+}
+
+/// Plants a word that new feeds refuse in the last cut of the last subprogram: `feedrate` names its
+/// file and its line there, and shows the line as it is written.
+fn feed_fault_is_found(job: &JobFolder, dialect: &str, planted: &str) {
+    let ending = CONTROLS.into_iter().find(|(of, _)| *of == dialect).expect("a control").1;
+    let main = format!("program-main.{ending}");
+    let entries = std::fs::read_dir(job.path("out")).expect("a folder");
+    let names = entries.map(|entry| entry.expect("an entry").file_name().into_string().expect("text"));
+    let file = names.filter(|name| name.starts_with("PASS_")).max().unwrap_or_else(|| main.clone());
+    let path = format!("out/{file}");
+    let text = text_of(job, &path);
+    let mut lines: Vec<String> = text.lines().map(str::to_owned).collect();
+    let end = lines.iter().rposition(|line| ["M99", "RET", "LBL 0"].iter().any(|end| line.contains(end)));
+    let is_cut = |line: &String| line.contains(" F") && !line.contains("FMAX");
+    let at = lines[..end.expect("an end")].iter().rposition(is_cut).expect("a cut");
+    let words = lines[at].split(' ').map(|word| if word.starts_with('F') { planted } else { word });
+    lines[at] = words.collect::<Vec<_>>().join(" ");
+    job.write(&path, (lines.join("\n") + "\n").as_bytes());
+    let length = job.json("tool.json")["gauge_length_mm"].to_string();
+    let of = |name: &str| job.path(name).display().to_string();
+    let (program, machine, new) = (of(&format!("out/{main}")), of("machine.json"), of("new"));
+    let words = ["feedrate", &program, "--machine", &machine, "--tool-length-mm", &length];
+    let (code, errors) =
+        code_and_errors(&run(&[&words[..], &["--dialect", dialect, "--tip-feed", "keep", "-o", &new]].concat()));
+    let place = format!("{file}: line {}", at + 1);
+    let shown = if planted == "F0" { lines[at].as_str() } else { "" };
+    let is_named = errors.contains(&place) && errors.contains(shown);
+    assert!(code == 2 && is_named, "{dialect} {planted}, {place}: {code}: {errors}");
+    job.write(&path, text.as_bytes());
 }
 
 /// The patch that is planned in a blink, for a control.

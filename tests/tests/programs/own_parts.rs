@@ -10,6 +10,7 @@ use facemill::{Failure, Job, describe_setup};
 use facemill_tests::jobs::JobFolder;
 use facemill_tests::program::{code_and_errors, run};
 use facemill_tests::variants::{tiny_patch, write_patch};
+use nalgebra::Vector3;
 use serde_json::json;
 
 /// The table of a series as CSV.
@@ -178,4 +179,53 @@ fn a_3mf_that_is_none_is_named_with_its_object() {
     assert!(why.to_string().contains("patch.3mf") && why.to_string().contains("3D/3dmodel.model"), "{why}");
     let (code, errors) = code_and_errors(&run(&["check".into(), job.job()]));
     assert!(code == 2 && errors.contains("patch.3mf") && errors.contains("3D/3dmodel.model"), "{code}: {errors}");
+}
+
+/// A radial blade of thin ellipses with twelve points each, with these lines in its `.inf` file.
+fn blade_of_ellipses(lines: &str) -> JobFolder {
+    let mut profile = String::new();
+    for (k, radius) in [60.0, 80.0, 100.0].into_iter().enumerate() {
+        profile += &format!("# Profile {}\n", k + 1);
+        for j in 0..=12 {
+            let (sin, cos) = (std::f64::consts::TAU * f64::from(j % 12) / 12.0).sin_cos();
+            profile += &format!("{} {radius} {}\n", 4.0 * sin, 50.0 * cos);
+        }
+    }
+    let inf = format!("Axis of Rotation: Z\nGeometry Units: MM\n{lines}Profile Data File: p.curve\n");
+    JobFolder::of(&[("b.inf".to_owned(), inf.into_bytes()), ("p.curve".to_owned(), profile.into_bytes())])
+}
+
+/// Edges that the file says are rounded have no corners.
+#[test]
+fn the_inf_file_says_whether_an_edge_of_a_blade_is_rounded() {
+    // Of both edges, the leading one before the trailing one.
+    let has_corners = |lines: &str| {
+        let folder = blade_of_ellipses(lines);
+        let blade = NewJob::Blade { from: folder.path("b.inf"), scale: 1.0, hub: false };
+        let files = new_job(&blade).unwrap_or_else(|e| panic!("{lines}: {e}"));
+        let job = JobFolder::of(&files);
+        let mesh = mesh_of(&job, "blade.obj").expect("a mesh");
+        // Facets on both sides of an edge's middle, where the ellipse faces along the chord.
+        [-50.0, 50.0].map(|z: f64| {
+            let touches = |t: &usize| mesh.corners(*t).iter().any(|p| (p.z - z).abs() < 1e-6);
+            let of_sides = mesh.groups().iter().filter(|group| !["root", "tip"].contains(&group.name.as_str()));
+            let at_edge = of_sides.flat_map(|group| group.triangles.clone()).filter(touches);
+            let along = Vector3::new(0.0, 0.0, z.signum());
+            at_edge.map(|t| mesh.scaled_normal(t).angle(&along)).fold(0.0, f64::max) > 0.7
+        })
+    };
+    assert_eq!(has_corners(""), [true, true]);
+    assert_eq!(has_corners("Blade 0 TE: EllipseEnd\n"), [true, false]);
+    assert_eq!(has_corners("Blade 0 LE: EllipseEnd\nBlade 0 TE: EllipseEnd\n"), [false, false]);
+    for (lines, words) in [
+        ("Blade 0 LE: Pointed\n", ["b.inf, line 3: ", "EllipseEnd, CutOffEnd"]),
+        ("Blade 0 LE: CutOffEnd\n", ["b.inf: ", "say that the edge is rounded"]),
+        ("Number of Blades Per Set: 2\n", ["b.inf, line 3: ", "splitter"]),
+    ] {
+        let folder = blade_of_ellipses(lines);
+        let (job, from) = (folder.path("job"), folder.path("b.inf"));
+        let arguments = ["new".into(), "blade".into(), job.clone().into_os_string(), "--from".into(), from.into()];
+        let (code, errors) = code_and_errors(&run(&arguments));
+        assert!(code == 2 && words.iter().all(|word| errors.contains(word)) && !job.exists(), "{code}: {errors}");
+    }
 }

@@ -83,7 +83,7 @@ fn links_far_above_a_sculptured_surface_come_down_to_its_stock() {
     let (before, after) = (links(&old), links(&new));
     assert!(before.len() > 2);
     assert!(file.links.len() == before.len() && before.len() == after.len() && file.changed == before.len() - 1);
-    let held = file.links[0].kept_because.as_ref().unwrap();
+    let held = file.links[0].kept_text().unwrap();
     assert!(held.starts_with(&format!("line {}: says", file.links[0].lines[0] + 1)), "{held}");
     for (k, link) in file.links.iter().enumerate() {
         assert_eq!(link.way == RetractStrategy::Original, k == 0);
@@ -173,14 +173,14 @@ fn a_link_with_nothing_in_the_way_is_one_block_and_is_so_again() {
     // Words that are more than places stay, and are reported.
     for (across, why) in [
         ("G0 Z440.\nG91 X-60. Y5.\nG90 Z330.\n", "line 10: `G91`"),
-        ("G0 Z440.\n/X-30. Y5.\nZ330.\n", "line 10: block that may be skipped"),
+        ("G0 Z440.\n/X-30. Y5.\nZ330.\n", "line 10: the positions of the axes are unknown: block that may be skipped"),
         ("G0 Z440. F500.\nX-30. Y5.\nZ330.\n", "line 9: `F500.`"),
-        ("M98 P7\nG0 X30. Y0. Z440. B0. C0.\nX-30. Y5.\nZ330.\n", "unknown: line 9"),
+        ("M98 P7\nG0 X30. Y0. Z440. B0. C0.\nX-30. Y5.\nZ330.\n", "line 9: the positions of the axes are unknown"),
     ] {
         let old = two_ways(head, across);
         let made = faster(&job, Dialect::Fanuc, &old).unwrap_or_else(|e| panic!("{e}"));
         assert!(made.text == old.as_bytes() && made.file.changed == 0);
-        let reports = made.file.links[0].kept_because.as_ref().unwrap();
+        let reports = made.file.links[0].kept_text().unwrap();
         assert!(reports.contains(why), "{reports}");
     }
 }

@@ -72,6 +72,8 @@ fn faults_of_inf_files_name_the_line() {
         (good.replace(": 7", ": 0"), "b.inf, line 3: ", "from 1 to 1000"),
         (good.replace("Axis", "Geometry Units: IN\nAxis"), "b.inf, line 5: ", "keep one"),
         (good.replace("Axis", "Coordinate System: cylindrical\nAxis"), "b.inf, line 2: ", "Cartesian"),
+        (good.replace("Axis", "Blade 0 TE: Blunt\nAxis"), "b.inf, line 2: ", "EllipseEnd, CutOffEnd"),
+        (good.replace("Axis", "Number of Blades Per Set: many\nAxis"), "b.inf, line 2: ", "whole number"),
         (good.replace("p.crv", "q.crv"), "b.inf, line 5: ", "is not there"),
         (good.replace("Axis", "Hub Data File: h.crv\nAxis"), "b.inf, line 2: ", "is not there"),
     ];
@@ -81,6 +83,39 @@ fn faults_of_inf_files_name_the_line() {
         assert!(why.starts_with(start) && why.contains(remedy), "{why}");
     }
     assert!(BladeInfo::read("b.inf", &[0xff, 0xfe, 0]).unwrap_err().to_string().contains("UTF-8"));
+}
+
+/// Splitter blades are never taken for sections of the main blade: neither where the files say so,
+/// nor where only their place does.
+#[test]
+fn splitter_blades_are_refused_by_name() {
+    let good = inf("MM");
+    let alone = changed(|_| ());
+    assert!(read(&good.replace("Axis", "Number of Blades Per Set: 1\nAxis"), &alone).is_ok());
+    let of_inf = ["Number of Blades Per Set: 2", "Blade 1 LE: EllipseEnd", "blade 2 te: CutOffEnd"];
+    for line in of_inf {
+        let why = read(&good.replace("Axis", &format!("{line}\nAxis")), &alone).expect_err(line);
+        assert!(why.starts_with("b.inf, line 2: ") && why.contains("splitter") && why.contains("of its own"), "{why}");
+    }
+    // A second blade behind the first, half as long, beside it, and farther out as well.
+    let main = two_sections();
+    for (shift, out) in [([9.0, 0.0, 2.0], 0.0), ([30.0, 0.0, 4.0], 0.5), ([90.0, 0.0, 0.0], 40.0)] {
+        let other = main.each_ref().map(|points| {
+            points.iter().map(|[x, y, z]| [x + shift[0], y + out, 0.5 * z + shift[2]]).collect::<Vec<_>>()
+        });
+        let all = [&main[..], &other[..]].concat();
+        let text = profile(&all, |_| "");
+        let numbered = text.replace("Profile 3", "Profile 1").replace("Profile 4", "Profile 2");
+        let why = read(&good, &numbered).expect_err("a number twice");
+        assert!(why.starts_with("p.crv, line ") && why.contains("splitter"), "{why}");
+        let named = text.replace("# Profile 3", "# Splitter Blade\n# Profile 3");
+        let why = read(&good, &named).expect_err("a splitter");
+        assert!(why.contains("\"Splitter Blade\"") && why.contains("of its own"), "{why}");
+    }
+    // By its place alone: its root lies below the tip of the main blade.
+    let other = main.each_ref().map(|points| points.iter().map(|[x, y, z]| [x + 9.0, *y, 0.5 * z]).collect::<Vec<_>>());
+    let why = read(&good, &profile(&[&main[..], &other[..]].concat(), |_| "")).expect_err("out of order");
+    assert!(why.contains("splitter"), "{why}");
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use facemill_blade_file::{BladeFile, BladeInfo, RotationAxis, read_blade};
+use facemill_blade_file::{BladeFile, BladeInfo, EdgeEnd, RotationAxis, read_blade};
 use facemill_test_kit::Random;
 use nalgebra::{Point3, Vector3};
 
@@ -79,12 +79,33 @@ fn marks_at_the_corners_of_cut_off_ends_are_pairs_in_their_order() {
 }
 
 #[test]
+fn forms_of_edges_are_read_and_are_those_of_the_marks() {
+    let points = section(&mut Random(8), 0.0, 20);
+    let moved = points.iter().map(|[x, y, z]| [*x, y + 1.0, *z]).collect();
+    let sections = [points, moved];
+    let with = |keys: &str| format!("{}{keys}", inf("MM"));
+    let one = |j| if j == 0 { "te" } else { "" };
+    let two = |j| ["te1", "te2"].get(j).copied().unwrap_or("");
+    let ends = |keys: &str, mark: &dyn Fn(usize) -> &'static str| {
+        read(&with(keys), &profile(&sections, mark)).map(|blade| blade.ends)
+    };
+    assert_eq!(ends("", &one), Ok([None, None]));
+    let both = "Blade 0 LE: EllipseEnd\nBlade 0  te : cutoffend\n";
+    let read = Ok([Some(EdgeEnd::Ellipse), Some(EdgeEnd::CutOff)]);
+    assert_eq!(ends(both, &one), read);
+    assert_eq!(ends(both, &two), read);
+    let why = ends("Blade 0 TE: EllipseEnd\n", &two).expect_err("two marks of a rounded edge");
+    assert!(why.starts_with("p.crv, line 3: ") && why.contains("CutOffEnd"), "{why}");
+}
+
+#[test]
 fn keys_are_read_in_any_case_and_comments_are_not() {
     let text = "axis OF  rotation: x ! the shaft\nGEOMETRY UNITS: m\nBlade 0 LE: EllipseEnd\n\
                 Profile Data File: sub\\p.crv\n!Number of Blade Sets: 0\n";
     let info = BladeInfo::read("b.inf", text.as_bytes()).unwrap();
     assert_eq!(info.axis.direction(), Vector3::x());
     assert_eq!((info.n_blades, info.mm_per_unit), (None, 1000.0));
+    assert_eq!(info.ends, [Some(EdgeEnd::Ellipse), None]);
     assert_eq!(info.profile_file, ("sub/p.crv".to_owned(), 4));
 }
 

@@ -16,10 +16,12 @@ use facemill::report_page::format::VerdictState;
 use facemill::report_page::html::{report_html, sheet_html};
 use facemill::report_page::stamp_line;
 use facemill::solution_space_file::PostureMapsFile;
+use facemill::virtual_machine::Assumption;
 use facemill::{CutRequest, DeviationRequest, Failure, Job, JobSetting, Planned, VerifyRequest, files, verify_program};
 use serde_json::Value;
 
 use crate::cli::arguments::ad_hoc_setup::StandArguments;
+use crate::cli::arguments::called_files::expand_in_place;
 use crate::cli::arguments::option_lengths::above_zero;
 use crate::cli::arguments::program::{ProgramArguments, ProgramOfJob};
 use crate::cli::output::say;
@@ -69,9 +71,12 @@ pub(crate) struct ReportArguments {
 /// If job or program cannot be read, or the page cannot be written; faults are exit code 1.
 pub(crate) fn view(arguments: &ViewArguments) -> Result<ExitCode, Failure> {
     crate::cli::progress::watch_interrupts().map_err(Failure::Internal)?;
-    let ProgramOfJob { job, setup, dialect, text, .. } =
-        arguments.program.read_with(&arguments.stand)?.of_one_tool()?;
+    let mut read = arguments.program.read_with(&arguments.stand)?.of_one_tool()?;
     let program = &arguments.program.program;
+    let called = expand_in_place(&mut read, program)?;
+    let ProgramOfJob { job, setup, dialect, text, .. } = read;
+    // The page shows the text that runs, which is no file.
+    let shown = if called.is_some() { with_calls_expanded(program) } else { program.clone() };
     let deviation =
         Some(DeviationRequest::default()).filter(|_| job.operations_of(&job.file.setups[setup]).count() > 0);
     let cut =
@@ -82,13 +87,14 @@ pub(crate) fn view(arguments: &ViewArguments) -> Result<ExitCode, Failure> {
         certificates: arguments.certificates,
         time_law: true,
         cut,
-        ..VerifyRequest::new(program, dialect)
+        ..VerifyRequest::new(&shown, dialect)
     };
     let out = arguments.out.clone().unwrap_or_else(|| program.with_extension("html"));
     let paths = [Some(&out), arguments.sheet.as_ref(), arguments.animation.as_ref()];
     files::check_outputs(paths.into_iter().flatten().map(PathBuf::as_path))?;
     let mut verified = verify_program(&job, &text, &request, &Progress::new(false))?;
-    verified.complete(arguments.stand.assumptions(arguments.program.dialect));
+    let text_that_runs = called.iter().map(|called| Assumption { line: None, text: called.text_that_runs() });
+    verified.complete(arguments.stand.assumptions(arguments.program.dialect).into_iter().chain(text_that_runs));
     let mut result = value(&verified.file)?;
     // A page has the sums; a million certificates would fill it.
     let certificates = result.as_object_mut().and_then(|file| file.remove("certificates"));
@@ -99,7 +105,7 @@ pub(crate) fn view(arguments: &ViewArguments) -> Result<ExitCode, Failure> {
         job: &job,
         setup,
         dialect,
-        program,
+        program: &shown,
         text: &text,
         result,
         certificates,
@@ -121,6 +127,12 @@ pub(crate) fn view(arguments: &ViewArguments) -> Result<ExitCode, Failure> {
     let verdict = &data.document.verdict;
     say(&format!("{}\nwritten to {}\n", stamp_line(verdict), out.display()))?;
     Ok(exit_code(verdict.state == VerdictState::Faulty))
+}
+
+/// Returns the name of the text that runs for a program that calls subprograms.
+fn with_calls_expanded(program: &Path) -> PathBuf {
+    let name = program.file_name().unwrap_or(program.as_os_str()).to_string_lossy();
+    program.with_file_name(format!("{name} with its calls expanded"))
 }
 
 /// Returns the exit code of a command that writes pages: 1 if one of them says `REJECTED`.

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::{ArgGroup, Args};
+use facemill::called_program::CalledProgram;
 use facemill::formats::VerificationFile;
 use facemill::job::stock::map::rectangle_with;
 use facemill::job_file::STOCK_TOLERANCE;
@@ -17,7 +18,7 @@ use facemill::{
 };
 
 use crate::cli::arguments::ad_hoc_setup::StandArguments;
-use crate::cli::arguments::called_files::CalledProgram;
+use crate::cli::arguments::called_files::expand_in_place;
 use crate::cli::arguments::option_lengths::{above_zero, from_zero, stock_tolerance};
 use crate::cli::arguments::program::{ProgramArguments, ProgramOfJob};
 use crate::cli::deviation_command::{deviation_lines, mesh_bytes, painted_mesh, rest_mesh};
@@ -98,7 +99,7 @@ pub(crate) fn run(arguments: &VerifyArguments) -> Result<ExitCode, Failure> {
     crate::cli::progress::watch_interrupts().map_err(Failure::Internal)?;
     let mut read = arguments.program.read_with(&arguments.stand)?;
     let path = &arguments.program.program;
-    let called = CalledProgram::in_place(&mut read, path)?;
+    let called = expand_in_place(&mut read, path)?;
     if read.setups.len() > 1 {
         return run_sections(arguments, read, called.as_ref());
     }
@@ -135,7 +136,7 @@ fn is_clean(file: &VerificationFile) -> bool {
 fn run_sections(
     arguments: &VerifyArguments,
     read: ProgramOfJob,
-    called: Option<&CalledProgram<'_>>,
+    called: Option<&CalledProgram>,
 ) -> Result<ExitCode, Failure> {
     let ProgramOfJob { mut job, setups, dialect, text, .. } = read;
     let path = &arguments.program.program;

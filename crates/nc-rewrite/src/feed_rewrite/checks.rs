@@ -5,6 +5,8 @@ use facemill_nc_program::{Dialect, FeedMode};
 use facemill_virtual_machine::motion::axis_motion::StraightCut;
 use facemill_virtual_machine::not_unit;
 
+use crate::feed_rewrite::FeedRewriteError;
+
 /// Parts of a program that are not evaluated.
 #[derive(Default)]
 pub(crate) struct Doubts {
@@ -29,26 +31,27 @@ impl Doubts {
         }
     }
 
-    pub(crate) fn check(&self, notes: &[ReadNote]) -> Result<(), String> {
+    pub(crate) fn check(&self, notes: &[ReadNote]) -> Result<(), FeedRewriteError> {
         if self.blocks == 0 {
-            return Err("has no block: give a program with feeds".to_owned());
+            return Err("has no block: give a program with feeds".to_owned().into());
         }
+        let at = |line: u32, why: String| FeedRewriteError::Line { line, why, block_text: None };
         let what = "is not evaluated and may move axes, change offsets or skip blocks, so speeds behind it are unknown";
         for note in notes {
             match note.kind {
-                NoteKind::Branch => return Err(format!("line {}: {} {what}", note.line, note.text)),
+                NoteKind::Branch => return Err(at(note.line, format!("{} {what}", note.text))),
                 NoteKind::NoDecimalPoint => {
-                    return Err(format!(
-                        "line {}: {} has a number without a decimal point, which controls may read as thousandths: \
-                         write 500. for 500",
-                        note.line, note.text
-                    ));
+                    let why = format!(
+                        "{} has a number without a decimal point, which controls may read as thousandths: write 500. for 500",
+                        note.text
+                    );
+                    return Err(at(note.line, why));
                 }
                 NoteKind::NotEvaluated if note.count > self.vectors => {
                     // The note has the first line of all, which may be a vector's.
                     return Err(match self.first {
-                        Some(line) if line != note.line => format!("line {line}: its call or assignment {what}"),
-                        _ => format!("line {}: {} {what}", note.line, note.text),
+                        Some(line) if line != note.line => at(line, format!("its call or assignment {what}")),
+                        _ => at(note.line, format!("{} {what}", note.text)),
                     });
                 }
                 _ => {}

@@ -56,7 +56,8 @@ fn is_better(a: &Works<'_>, b: &Works<'_>) -> bool {
 }
 
 fn tried<'a>(run: &LengthsRun<'_>, holder: &'a HolderFile) -> Result<(HolderReport, Option<Works<'a>>), Failure> {
-    let mut report = HolderReport { name: holder.name.clone(), stick_out_mm: None, forced_by: None, why_not: None };
+    let mut report =
+        HolderReport { name: holder.name.clone(), stick_out_mm: None, forced_by: None, finding: None, why_not: None };
     let assembly = match holder.with_tool(&run.scene.job.tool) {
         Ok(assembly) => assembly,
         Err(why) => {
@@ -67,8 +68,7 @@ fn tried<'a>(run: &LengthsRun<'_>, holder: &'a HolderFile) -> Result<(HolderRepo
     let most = holder.stick_out_mm[1];
     let found = run.lengths(&assembly, most)?;
     if let Some((_, by)) = &found.hopeless {
-        let at = format!("line {}: {} and {}", by.line, by.body, by.obstacle);
-        report.why_not = Some(format!("not free up to its longest stick-out of {most} mm ({at})"));
+        report.why_not = Some(format!("not free up to its longest stick-out of {most} mm"));
         report.forced_by = Some(run.named(by.clone()));
         return Ok((report, None));
     }
@@ -78,7 +78,8 @@ fn tried<'a>(run: &LengthsRun<'_>, holder: &'a HolderFile) -> Result<(HolderRepo
         return Ok((report, None));
     }
     if let Some(finding) = run.findings(&found)?.into_iter().find(is_of_bodies) {
-        report.why_not = Some(format!("at {:.2} mm: {finding}", found.lengths[1]));
+        report.why_not = Some(format!("has a finding with a stick-out of {:.2} mm", found.lengths[1]));
+        report.finding = Some(finding);
         return Ok((report, None));
     }
     report.stick_out_mm = Some(found.lengths[1]);

@@ -2,6 +2,7 @@
 
 use facemill_job::format::program_stamp::ProgramStamp;
 use facemill_job::format::report::InfeasibleReport;
+use facemill_job::format::verification_file::CalledFile;
 use facemill_tool_model::AssemblyLength;
 use facemill_virtual_machine::{Certificates, Finding, ForcedBy};
 use schemars::JsonSchema;
@@ -22,6 +23,9 @@ pub struct LengthsFile {
     /// The program that was run; lengths with which the job was planned again belong to another
     /// one.
     pub program: ProgramStamp,
+    /// Files of subprograms whose calls were expanded, in the order of their first calls; empty
+    /// without. Lines count on from file to file, the program first: each says where it begins.
+    pub called_files: Vec<CalledFile>,
     /// BLAKE3 checksum of the program of the new plan; absent if the job was not planned again.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub replanned_blake3: Option<String>,
@@ -138,6 +142,9 @@ pub struct HolderReport {
     /// Place that forces it; absent if it is the holder's shortest.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub forced_by: Option<ForcedBy>,
+    /// Finding of the run with the stick-out of `why_not`, if that is why it does not work.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub finding: Option<Finding>,
     /// Reason why it does not work.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub why_not: Option<String>,
@@ -154,7 +161,7 @@ impl LengthsFile {
         let of_holders = self.holders.iter_mut().filter_map(|holder| holder.forced_by.as_mut());
         let none = self.none_is_free.iter_mut().map(|none| &mut none.by);
         of_lengths.chain(of_holders).chain(none).map(|by| &mut by.line).for_each(map);
-        let findings = self.findings.iter_mut();
+        let findings = self.findings.iter_mut().chain(self.holders.iter_mut().filter_map(|h| h.finding.as_mut()));
         findings.flat_map(|f| [&mut f.first_line, &mut f.last_line, &mut f.worst_line]).for_each(map);
         let proofs = self.certificates.iter_mut().flat_map(|c| &mut c.certificates);
         proofs.flat_map(|c| [Some(&mut c.line), c.doubted_since_line.as_mut()]).flatten().for_each(map);
@@ -217,7 +224,11 @@ fn length_line(length: &LengthReport) -> String {
 fn holder_line(holder: &HolderReport, is_chosen: bool) -> String {
     let mark = if is_chosen { "*" } else { " " };
     let what = match (&holder.stick_out_mm, &holder.forced_by, &holder.why_not) {
-        (_, _, Some(why)) => why.clone(),
+        (_, by, Some(why)) => match (&holder.finding, by) {
+            (Some(finding), _) => format!("{why}: {finding}"),
+            (None, Some(by)) => format!("{why}; {}", place(by)),
+            (None, None) => why.clone(),
+        },
         (Some(at), Some(by), _) => format!("stick-out {at:.2} mm, {}", place(by)),
         (Some(at), None, _) => format!("stick-out {at:.2} mm, its shortest"),
         (None, ..) => String::new(),

@@ -112,6 +112,7 @@ impl<'a> LengthsRun<'a> {
             job: self.scene.job.file.name.clone(),
             setup: self.scene.setup.file.name.clone(),
             program: self.stamp.clone(),
+            called_files: Vec::new(),
             replanned_blake3: None,
             dialect: self.request.dialect.name().to_owned(),
             tool: self.scene.job.tool.name().to_owned(),

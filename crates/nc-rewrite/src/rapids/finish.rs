@@ -6,6 +6,7 @@ use facemill_job::failure::Failure;
 use facemill_job::stages::Stages;
 use facemill_tool_path::links::clock::LinkClock;
 use facemill_tool_path::links::link_paths::RetractStrategy;
+use facemill_tool_path::links::words::KeptLines;
 use facemill_verification::program::Verified;
 use facemill_virtual_machine::{Finding, Verification, merge_findings};
 
@@ -116,7 +117,7 @@ fn take_back(links: &mut [SearchedLink], places: &[[u32; 2]], before: &Verificat
         let is_same = |a: &Finding, b: &Finding| a.kind == b.kind && a.body == b.body && a.obstacle == b.obstacle;
         let was = |f: &Finding| before.findings.iter().any(|b| touches(b, link.lines) && is_same(b, f));
         let Some(new) = after.findings.iter().find(|f| touches(f, *place) && !was(f)) else { continue };
-        link.kept_because = Some(format!("the faster path has a finding: {new}"));
+        link.kept = Some(KeptLines::because(format!("the faster path has a finding: {}", new.description())));
         link.better = None;
         is_any = true;
     }
@@ -132,7 +133,8 @@ fn report(stage: &LinkSearch<'_>, links: &[SearchedLink], places: &[[u32; 2]], v
         time_after_s: link.better.as_ref().map_or(link.before, |(way, _)| way.time),
         lower_bound_s: link.lower_bound,
         way: link.better.as_ref().map_or(RetractStrategy::Original, |(way, _)| way.kind),
-        kept_because: link.kept_because.clone(),
+        kept_line: link.kept.as_ref().and_then(|kept| kept.line),
+        kept_because: link.kept.as_ref().map(|kept| kept.why.clone()),
     };
     let all: Vec<LinkReport> = links.iter().zip(places).map(of_link).collect();
     let sum = |time: fn(&LinkReport) -> f64| all.iter().map(time).sum::<f64>();
@@ -142,6 +144,7 @@ fn report(stage: &LinkSearch<'_>, links: &[SearchedLink], places: &[[u32; 2]], v
         job: stage.scene.job.file.name.clone(),
         setup: stage.scene.setup.file.name.clone(),
         program: verified[0].file.program.clone(),
+        called_files: Vec::new(),
         new_program_blake3: verified[1].file.program.blake3.clone(),
         dialect: stage.request.dialect.name().to_owned(),
         clearance_mm: stage.clearance,

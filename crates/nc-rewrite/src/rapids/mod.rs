@@ -18,7 +18,7 @@ use facemill_nc_program::{Dialect, ReadProgram};
 use facemill_tool_path::links::choose::{Choice, Chosen};
 use facemill_tool_path::links::clock::LinkClock;
 use facemill_tool_path::links::fastest;
-use facemill_tool_path::links::words::{LinkLines, LinkWords, RapidForm, link_lines, turns_shorter};
+use facemill_tool_path::links::words::{KeptLines, LinkLines, LinkWords, RapidForm, link_lines, turns_shorter};
 use facemill_verification::named_results::not_verified;
 use facemill_verification::program::{Verified, VerifyRequest, verify_program};
 use facemill_verification::stock_run::CutRequest;
@@ -118,7 +118,7 @@ struct SearchedLink {
     before: f64,
     lower_bound: f64,
     better: Option<(Chosen, Vec<String>)>,
-    kept_because: Option<String>,
+    kept: Option<KeptLines>,
 }
 
 /// Shared data of the search for links.
@@ -184,14 +184,7 @@ impl LinkSearch<'_> {
                 let before = clock.time(link.law, &link.start, &link.ends)?;
                 let end = link.ends.last().copied().unwrap_or(link.start);
                 let lower_bound = clock.least_time(&link.start, &end);
-                return Ok(SearchedLink {
-                    lines,
-                    own: None,
-                    before,
-                    lower_bound,
-                    better: None,
-                    kept_because: Some(why),
-                });
+                return Ok(SearchedLink { lines, own: None, before, lower_bound, better: None, kept: Some(why) });
             }
         };
         let writer = self.writer(at);
@@ -199,11 +192,11 @@ impl LinkSearch<'_> {
         let choice = fastest(&[self.scene.link_scene()], clock, (link, stage), &rounded)?;
         let Choice { before, lower_bound, better, .. } = choice;
         let said = |way: &Chosen| writer.lines(&self.form, self.turns_shorter, &own, &way.through);
-        let (better, kept_because) = match better.map(|way| said(&way).map(|texts| (way, texts))).transpose() {
+        let (better, kept) = match better.map(|way| said(&way).map(|texts| (way, texts))).transpose() {
             Ok(better) => (better, None),
-            Err(why) => (None, Some(why)),
+            Err(why) => (None, Some(KeptLines::because(why))),
         };
-        Ok(SearchedLink { lines, own: Some(own), before, lower_bound, better, kept_because })
+        Ok(SearchedLink { lines, own: Some(own), before, lower_bound, better, kept })
     }
 
     fn writer<'w>(&'w self, at: &VirtualSetup<'_>) -> LinkWords<'w> {
@@ -218,10 +211,13 @@ impl LinkSearch<'_> {
 }
 
 /// Returns the reason why a link is not examined.
-fn reason_to_keep(link: &ProgramLink) -> Option<String> {
+fn reason_to_keep(link: &ProgramLink) -> Option<KeptLines> {
     match &link.hold {
-        Some(LinkHold::Doubt(what)) => Some(format!("the positions of the axes are unknown: {what}")),
-        Some(LinkHold::Laws) => Some("its blocks move in different ways".to_owned()),
+        Some(LinkHold::Doubt { line, what }) => {
+            let why = format!("the positions of the axes are unknown: {what}");
+            Some(KeptLines { line: Some(*line), why })
+        }
+        Some(LinkHold::Laws) => Some(KeptLines::because("its blocks move in different ways")),
         _ => None,
     }
 }

@@ -2,6 +2,7 @@
 
 use facemill_job::duration_text::clock;
 use facemill_job::format::program_stamp::ProgramStamp;
+use facemill_job::format::verification_file::CalledFile;
 use facemill_tool_path::links::link_paths::RetractStrategy;
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -20,6 +21,9 @@ pub struct RapidsFile {
     pub setup: String,
     /// The original program.
     pub program: ProgramStamp,
+    /// Files of subprograms whose calls were expanded, in the order of their first calls; empty
+    /// without. Lines count on from file to file, the program first: each says where it begins.
+    pub called_files: Vec<CalledFile>,
     /// BLAKE3 checksum of the new program.
     pub new_program_blake3: String,
     /// Control that the program was read for.
@@ -49,8 +53,7 @@ pub struct RapidsFile {
 /// One link.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct LinkReport {
-    /// Its first and last line in the original program; where calls of subprograms were expanded,
-    /// lines of called files count on.
+    /// Its first and last line in the original program; lines of called files count on.
     pub lines: [u32; 2],
     /// Its first and last line in the new program.
     pub new_lines: [u32; 2],
@@ -62,15 +65,33 @@ pub struct LinkReport {
     pub lower_bound_s: f64,
     /// Its new path.
     pub way: RetractStrategy,
+    /// Line of the original program that `kept_because` is about, if it is about one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub kept_line: Option<u32>,
     /// Reason why it was not examined, or was restored.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub kept_because: Option<String>,
+}
+
+impl LinkReport {
+    /// Returns why it was not examined, or was restored, with the line that this is about.
+    #[must_use]
+    pub fn kept_text(&self) -> Option<String> {
+        let why = self.kept_because.as_ref()?;
+        Some(self.kept_line.map_or_else(|| why.clone(), |line| format!("line {line}: {why}")))
+    }
 }
 
 /// Largest number of links in the table; the file has them all.
 const TOLD: usize = 60;
 
 impl RapidsFile {
+    /// Replaces every line of the original program, for one that was run with its calls expanded.
+    pub fn map_lines(&mut self, line_of: impl Fn(u32) -> u32) {
+        let lines = self.links.iter_mut().flat_map(|link| link.lines.iter_mut().chain(&mut link.kept_line));
+        lines.for_each(|line| *line = line_of(*line));
+    }
+
     /// Returns the file as a table to read.
     #[must_use]
     pub fn table(&self) -> String {
@@ -94,7 +115,7 @@ impl RapidsFile {
         }
         for link in self.links.iter().take(TOLD) {
             let lines = format!("{}-{}", link.lines[0], link.lines[1]);
-            let why = link.kept_because.as_ref().map_or_else(String::new, |why| format!(": {why}"));
+            let why = link.kept_text().map_or_else(String::new, |why| format!(": {why}"));
             out.push_str(&format!(
                 "     {lines:<13} {:>10.3} {:>10.3} {:>10.3}  {}{why}\n",
                 link.time_before_s, link.time_after_s, link.lower_bound_s, link.way

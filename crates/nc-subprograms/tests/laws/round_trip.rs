@@ -77,7 +77,15 @@ fn lines_are_those_of_the_files(expanded: &facemill_nc_subprograms::ExpandedProg
         let file = expanded.files.iter().find(|f| f.name == file).expect("a file");
         let written = String::from_utf8_lossy(&file.text);
         assert_eq!(written.lines().nth(at as usize - 1), Some(line));
+        assert_eq!(expanded.written_text(expanded.lines.written(k as u32 + 1)), line.trim());
     }
+    // Runs are the same map, without gaps.
+    let of_runs = expanded
+        .lines
+        .runs()
+        .flat_map(|([first, last], written)| (first..=last).map(move |line| (line, written + (line - first))));
+    let all: Vec<(u32, u32)> = (1..=text.lines().count() as u32).map(|k| (k, expanded.lines.written(k))).collect();
+    assert_eq!(of_runs.collect::<Vec<_>>(), all);
 }
 
 /// A dialect file cannot name a place outside of the program's folder, and numbers end.

@@ -178,7 +178,7 @@ impl RapidLines {
     /// The reason why it must stay.
     fn check(&self, hold: Option<&LinkHold>, run: Option<usize>) -> Result<(), String> {
         match hold {
-            Some(LinkHold::Doubt(_)) => return Err("the positions of the axes are unknown".to_owned()),
+            Some(LinkHold::Doubt { .. }) => return Err("the positions of the axes are unknown".to_owned()),
             Some(LinkHold::Laws) => return Err("its blocks move in different ways".to_owned()),
             Some(LinkHold::WayIn | LinkHold::WayOut) | None => {}
         }

@@ -67,12 +67,12 @@ impl LoftEnds {
             ends.walls[end] = Some(wall);
         }
         if let Some(sector) = given.hub_sector {
-            let wrong = |what| Err(LoftError::WrongWall { wall: WALLS[0], what });
             match (&ends.walls[0], ends.kinds[0]) {
-                (None, _) => return wrong("is missing, so that there is no sector of it"),
-                (_, LoftEnd::SectionBeforeWall { .. }) => {
-                    return wrong("is not reached by the blade; add a section beyond it");
+                (None, _) => {
+                    let what = "is missing, so that there is no sector of it";
+                    return Err(LoftError::WrongWall { wall: WALLS[0], what });
                 }
+                (_, LoftEnd::SectionBeforeWall { gap_mm }) => return Err(LoftError::HubNotReached { gap_mm }),
                 _ => ends.sector = Some(sector),
             }
         }

@@ -17,7 +17,12 @@ pub(crate) const HUB: usize = 6;
 pub(crate) const HUB_ENDS: usize = 7;
 
 /// Largest share of the chord that a flat end is long.
-const LONGEST_END: f64 = 0.2;
+pub(crate) const LONGEST_END: f64 = 0.2;
+
+/// Share of the chord along a section to both sides of a rounded edge in which there are no
+/// corners. Larger: corners of the sides are smoothed. Smaller: coarse points of the edge stay
+/// corners.
+pub(crate) const ROUND_SHARE: f64 = 0.1;
 
 /// Share of the chord up to which an edge's radius, and its length to each side, are an edge's and
 /// not a side's.
@@ -51,15 +56,42 @@ pub(crate) fn chord_ends(section: &[Point3<f64>], corners: &[usize]) -> [EdgeCol
         }
     }
     let longest = LONGEST_END * f64::sqrt(best.0);
-    best.1.map(|end| {
-        let flat = |k: usize| {
-            let [from, to] = [corners[k], corners[(k + 1) % corners.len()]];
-            let gaps = onward(n, from, to);
-            let length: f64 = (0..gaps).map(|gap| gap_and_turn(section, (from + gap) % n).0).sum();
-            (gaps > 0 && onward(n, from, end) <= gaps && length < longest).then_some([from, to])
-        };
-        (0..corners.len()).find_map(flat).unwrap_or([end; 2])
-    })
+    best.1.map(|end| flat_end(section, corners, end, longest).unwrap_or([end; 2]))
+}
+
+/// Corners of the flat end that a column is on: neighbouring corners, shorter than a length.
+pub(crate) fn flat_end(section: &[Point3<f64>], corners: &[usize], end: usize, longest: f64) -> Option<EdgeColumns> {
+    let n = section.len();
+    let flat = |k: usize| {
+        let [from, to] = [corners[k], corners[(k + 1) % corners.len()]];
+        let gaps = onward(n, from, to);
+        let length: f64 = (0..gaps).map(|gap| gap_and_turn(section, (from + gap) % n).0).sum();
+        (gaps > 0 && onward(n, from, end) <= gaps && length < longest).then_some([from, to])
+    };
+    (0..corners.len()).find_map(flat)
+}
+
+/// Columns of an edge, and those within a length of it along the section.
+pub(crate) fn columns_about(section: &[Point3<f64>], [from, to]: EdgeColumns, length: f64) -> Vec<usize> {
+    let n = section.len();
+    let mut columns: Vec<usize> = (0..=onward(n, from, to)).map(|k| (from + k) % n).collect();
+    let mut way = 0.0;
+    for column in (1..n).map(|k| (to + k) % n) {
+        way += gap_and_turn(section, (column + n - 1) % n).0;
+        if way > length {
+            break;
+        }
+        columns.push(column);
+    }
+    let mut way = 0.0;
+    for column in (1..n).map(|k| (from + n - k) % n) {
+        way += gap_and_turn(section, column).0;
+        if way > length {
+            break;
+        }
+        columns.push(column);
+    }
+    columns
 }
 
 /// Group of the gap behind each column, from leading and trailing edge of a typical section; the

@@ -9,6 +9,7 @@ use crate::blade_loft::loft_caps::{MeshInWork, close_row, lay_on_wall};
 use crate::blade_loft::loft_columns::{LoftColumn, LoftEnds, checked_normal};
 use crate::blade_loft::loft_edges::{LOFT_GROUPS, PRESSURE, ROOT, SUCTION, TIP};
 use crate::blade_loft::loft_surface::BladeLoft;
+use crate::blade_loft::section_curve::SectionCurve;
 use crate::grouped_mesh::GroupedMesh;
 use crate::spec_error::LoftError;
 
@@ -35,6 +36,9 @@ pub struct LoftedBlade {
     /// behind it, in the order of the points. Vertices of the blade come first, those inside its
     /// ends and on the hub last.
     pub normals: Vec<Unit<Vector3<f64>>>,
+    /// Vertices at corners of the sections, in ascending order, with the normal of the side before
+    /// them.
+    pub normals_before: Vec<(u32, Unit<Vector3<f64>>)>,
     /// Natural coordinates of each vertex of the blade: share of the span from root to tip, and
     /// share of the side's length around the blade, from 0 at the leading to 1 at the trailing
     /// edge, negative on the pressure side.
@@ -44,6 +48,40 @@ pub struct LoftedBlade {
     pub chord_mm: f64,
     /// Ends at root and tip.
     pub ends: [LoftEnd; 2],
+}
+
+impl LoftedBlade {
+    /// Returns the normal of the smooth surface at a vertex of a triangle: at a corner of the
+    /// sections, where there are two, that of the triangle's side. So the facets of a flat end have
+    /// its normal, and those of the sides theirs.
+    ///
+    /// ```
+    /// use facemill_sample_parts::{BladeLoft, BladeSections};
+    /// use nalgebra::Point3;
+    ///
+    /// let bar = [[20, 2], [0, 2], [-20, 2], [-20, 0], [-20, -2], [0, -2], [20, -2], [20, 0]];
+    /// let section = |z: f64| bar.map(|[x, y]| Point3::new(f64::from(x), f64::from(y), z)).to_vec();
+    /// let given = BladeSections { sections: vec![section(0.0), section(30.0)], ..BladeSections::default() };
+    /// let blade = BladeLoft::new(&given, |p| p.x)?.mesh(0.01)?;
+    /// let edge = blade.mesh.groups().iter().find(|group| group.name == "trailing-edge").expect("a flat edge");
+    /// for facet in edge.triangles.clone() {
+    ///     for vertex in blade.mesh.triangles()[facet] {
+    ///         assert!((blade.normal_in(facet, vertex).x - 1.0).abs() < 1e-9);
+    ///     }
+    /// }
+    /// # Ok::<(), facemill_sample_parts::LoftError>(())
+    /// ```
+    ///
+    /// # Panics
+    /// If the mesh has no such triangle or vertex.
+    #[must_use]
+    pub fn normal_in(&self, triangle: usize, vertex: u32) -> Unit<Vector3<f64>> {
+        let behind = self.normals[vertex as usize];
+        let Ok(at) = self.normals_before.binary_search_by_key(&vertex, |(vertex, _)| *vertex) else { return behind };
+        let before = self.normals_before[at].1;
+        let facet = self.mesh.scaled_normal(triangle);
+        if before.dot(&facet) > behind.dot(&facet) { before } else { behind }
+    }
 }
 
 /// How many parts each gap between sections, and between columns, is divided into.
@@ -156,19 +194,26 @@ impl BladeLoft {
         let rows = self.rows(&divisions.spans);
         let around = self.around_coordinates(&places);
         let mut made = MeshInWork::default();
+        let mut normals_before = Vec::new();
         let mut mesh = GroupedMesh::new(&LOFT_GROUPS);
         let mut chains = Vec::with_capacity(columns.len() / 2);
         for k in (0..columns.len()).step_by(2) {
             let [low, high] = columns[k].ends;
+            let before = self.before_corner(&curves, places[k], ends)?;
             let mut chain = Vec::new();
             for (row, at) in kept_rows(&rows, [low, high]) {
                 let (point, derivatives) = columns[k].at(&self.span, at);
                 let to_next = columns[k + 1].point(&self.span, at) - point;
                 let section = self.span.partition_point(|s| *s <= at).clamp(1, self.span.len() - 1) - 1;
                 let folded = LoftError::Folded { section, point: places[k].0 };
-                made.normals.push(checked_normal(self, &derivatives, &to_next, folded)?);
+                made.normals.push(checked_normal(self, &derivatives, &to_next, folded.clone())?);
                 made.coordinates.push([(at - low) / (high - low), around[k]]);
-                chain.push(ColumnVertex { row, at, vertex: mesh.vertex(point) });
+                let vertex = mesh.vertex(point);
+                if let Some(before) = &before {
+                    let normal = self.normal(&before.at(&self.span, at).1).ok_or(folded)?;
+                    normals_before.push((vertex, normal));
+                }
+                chain.push(ColumnVertex { row, at, vertex });
             }
             chains.push(chain);
         }
@@ -204,7 +249,22 @@ impl BladeLoft {
             lay_on_wall(&mut mesh, ROOT, ends.met_wall(0), tolerance, &mut made);
         }
         let MeshInWork { normals, coordinates, chord } = made;
-        Ok(LoftedBlade { mesh: mesh.build(), normals, coordinates, chord_mm: chord, ends: ends.kinds })
+        let mesh = mesh.build();
+        Ok(LoftedBlade { mesh, normals, normals_before, coordinates, chord_mm: chord, ends: ends.kinds })
+    }
+
+    /// Column at a corner with the derivatives of the side before it; none at other places.
+    fn before_corner(
+        &self,
+        curves: &[SectionCurve<'_>],
+        (gap, share): (usize, f64),
+        ends: &LoftEnds,
+    ) -> Result<Option<LoftColumn>, LoftError> {
+        if share > 0.0 || !self.parameters.corners.contains(&gap) {
+            return Ok(None);
+        }
+        let n = self.parameters.n_columns();
+        LoftColumn::new(self, curves, ((gap + n - 1) % n, 1.0), ends).map(Some)
     }
 
     /// Rows of the grid: places on the span, each with whether it is a section.

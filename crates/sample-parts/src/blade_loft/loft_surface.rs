@@ -2,7 +2,9 @@
 
 use nalgebra::{Point3, Unit, Vector3};
 
-use crate::blade_loft::loft_edges::{EdgeColumns, chord_ends, groups_of_gaps, ordered};
+use crate::blade_loft::loft_edges::{
+    EdgeColumns, LONGEST_END, ROUND_SHARE, chord_ends, columns_about, flat_end, groups_of_gaps, ordered,
+};
 use crate::blade_loft::section_curve::{ColumnParameters, SectionCurve, gap_and_turn};
 use crate::spec_error::LoftError;
 use crate::spline::CubicSpline;
@@ -28,14 +30,25 @@ pub struct BladeSections {
     pub leading: Option<[usize; 2]>,
     /// Points at the trailing edge, as for the leading edge.
     pub trailing: Option<[usize; 2]>,
+    /// Form of leading and trailing edge, where it is known.
+    pub forms: [Option<EdgeForm>; 2],
+}
+
+/// Form of an edge.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum EdgeForm {
+    /// Rounded: the curve is smooth there, however few points it has.
+    Round,
+    /// Flat between two corners.
+    Flat,
 }
 
 /// Smooth blade through the points of its sections.
 ///
 /// Around each section it is a cubic spline over the mean length along the sections, broken at
-/// corners: those of flat ends, and where all sections turn by more than 60°. Across the sections
-/// it is a cubic spline over their mean distance. So it has two continuous derivatives but at
-/// corners, and goes through every point.
+/// corners: those of flat ends, and where all sections turn by more than 60°, but not at edges that
+/// are known as rounded. Across the sections it is a cubic spline over their mean distance. So it
+/// has two continuous derivatives but at corners, and goes through every point.
 pub struct BladeLoft {
     /// Splines over the span for each column.
     columns: Vec<SpanCurve>,
@@ -62,8 +75,8 @@ impl BladeLoft {
     ///
     /// # Errors
     /// If there are fewer than two sections or eight points, their numbers differ, numbers are not
-    /// finite, neighbours coincide, or points of equal index do not belong together, so that the
-    /// surface folds.
+    /// finite, neighbours coincide, points of equal index do not belong together, so that the
+    /// surface folds, or an edge that is known as flat has no two corners.
     pub fn new(given: &BladeSections, downstream: impl Fn(&Point3<f64>) -> f64) -> Result<Self, LoftError> {
         let sections = &given.sections;
         check_points(given)?;
@@ -75,7 +88,7 @@ impl BladeLoft {
         corners.extend(given.is_cut_off.then_some([0, n - 1]).into_iter().flatten());
         corners.sort_unstable();
         corners.dedup();
-        let edges = edges_of(given, middle, &corners, downstream);
+        let edges = edges_of(given, middle, &mut corners, downstream)?;
         let parameters = ColumnParameters::new(&mean_gaps(sections), corners);
         let mut span = vec![0.0];
         for pair in sections.windows(2) {
@@ -137,11 +150,36 @@ impl SpanCurve {
     }
 }
 
+/// Leading and trailing edge. Takes the corners out of those that are known as rounded.
 fn edges_of(
     given: &BladeSections,
     middle: &[Point3<f64>],
-    corners: &[usize],
+    corners: &mut Vec<usize>,
     downstream: impl Fn(&Point3<f64>) -> f64,
+) -> Result<[EdgeColumns; 2], LoftError> {
+    let found = marked_or_found(given, middle, corners, &downstream);
+    let chord = (middle[found[1][0]] - middle[found[0][0]]).norm();
+    for (edge, form) in found.into_iter().zip(given.forms) {
+        if form == Some(EdgeForm::Round) {
+            let is_round = columns_about(middle, edge, ROUND_SHARE * chord);
+            corners.retain(|corner| !is_round.contains(corner));
+        }
+    }
+    let mut edges = marked_or_found(given, middle, corners, &downstream);
+    for ((edge, form), name) in edges.iter_mut().zip(given.forms).zip(["leading", "trailing"]) {
+        if form == Some(EdgeForm::Flat) && edge[0] == edge[1] {
+            *edge =
+                flat_end(middle, corners, edge[0], LONGEST_END * chord).ok_or(LoftError::NoFlatEnd { edge: name })?;
+        }
+    }
+    Ok(edges)
+}
+
+fn marked_or_found(
+    given: &BladeSections,
+    middle: &[Point3<f64>],
+    corners: &[usize],
+    downstream: &impl Fn(&Point3<f64>) -> f64,
 ) -> [EdgeColumns; 2] {
     let n = middle.len();
     let marked = [given.leading, given.trailing].map(|edge| edge.map(|edge| ordered(n, edge)));

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use crate::kit;
-use facemill_sample_parts::{BladeLoft, BladeSections, LoftError, LoftedBlade};
+use facemill_sample_parts::{BladeLoft, BladeSections, EdgeForm, LoftError, LoftedBlade};
 use facemill_test_kit::{Random, open_edges, volume};
 use nalgebra::{Point3, Vector3};
 
@@ -53,7 +53,7 @@ fn random_blade(random: &mut Random, end: BladeEnd, n_sections: usize) -> BladeS
         points
     };
     let sections = (0..n_sections).map(section).collect();
-    BladeSections { sections, is_cut_off: end == BladeEnd::CutOff, leading: None, trailing: None }
+    BladeSections { sections, is_cut_off: end == BladeEnd::CutOff, ..BladeSections::default() }
 }
 
 /// The vertex nearest to a point, and its distance.
@@ -137,6 +137,90 @@ fn normals_are_those_of_the_surface() {
             assert!(worst.to_degrees() < limit, "{end:?} {name}: {}", worst.to_degrees());
         }
     }
+}
+
+/// At a corner each side has its normal: facets of flat ends and of the sides beside them.
+#[test]
+fn normals_at_corners_are_those_of_the_facets_side() {
+    let mut random = Random(5_512);
+    for end in [BladeEnd::Sharp, BladeEnd::CutOff] {
+        let blade = BladeLoft::new(&random_blade(&mut random, end, 5), |p| p.x).unwrap().mesh(0.002).unwrap();
+        assert!(blade.normals_before.is_sorted_by_key(|(vertex, _)| *vertex) && !blade.normals_before.is_empty());
+        let (mut worst, mut jump) = (0.0_f64, 0.0_f64);
+        for group in ["suction", "pressure", "leading-edge", "trailing-edge"] {
+            for t in kit::group(&blade.mesh, group) {
+                let facet = blade.mesh.scaled_normal(t);
+                let of = |v: u32| blade.normal_in(t, v).angle(&facet);
+                worst = blade.mesh.triangles()[t].into_iter().map(of).fold(worst, f64::max);
+            }
+        }
+        for (vertex, before) in &blade.normals_before {
+            jump = jump.max(before.angle(&blade.normals[*vertex as usize]));
+        }
+        println!("{end:?}: {:.2}° off facets, {:.1}° from side to side", worst.to_degrees(), jump.to_degrees());
+        // The normal of the other side would be the whole corner off.
+        assert!(jump.to_degrees() > 60.0, "{end:?}");
+        assert!(worst.to_degrees() < 12.0, "{end:?}: {}", worst.to_degrees());
+    }
+}
+
+/// Thin, symmetric, both edges ellipses with few points: at the points of both edges the polyline
+/// turns by more than 60°.
+fn coarse_ellipses() -> BladeSections {
+    let n = 12;
+    let section = |k: usize| {
+        let angle = |j: usize| std::f64::consts::TAU * j as f64 / n as f64;
+        (0..n).map(|j| Point3::new(50.0 * angle(j).cos(), 4.0 * angle(j).sin(), 30.0 * k as f64)).collect()
+    };
+    BladeSections { sections: (0..3).map(section).collect(), ..BladeSections::default() }
+}
+
+/// A rounded edge is smooth however few points it has; without its form it is a corner.
+#[test]
+fn edges_that_are_known_as_rounded_have_no_corners() {
+    for (is_cut_off, marks) in [(false, false), (false, true), (true, false)] {
+        let mut given = coarse_ellipses();
+        given.is_cut_off = is_cut_off;
+        if marks {
+            (given.leading, given.trailing) = (Some([6; 2]), Some([0; 2]));
+        }
+        let sharp = BladeLoft::new(&given, |p| p.x).unwrap().mesh(0.01).unwrap();
+        assert!(!sharp.normals_before.is_empty());
+        given.forms = [Some(EdgeForm::Round); 2];
+        let round = BladeLoft::new(&given, |p| p.x).unwrap().mesh(0.01).unwrap();
+        check_solid(&round, "rounded");
+        assert_eq!(round.normals_before, []);
+        assert!(off_vertices(&round, &given.sections) < 1e-9);
+        for x in [-50.0, 50.0] {
+            let at_edge = (0..round.mesh.vertices().len()).filter(|&v| (round.mesh.vertices()[v].x - x).abs() < 1e-9);
+            let tilts: Vec<f64> = at_edge.map(|v| round.normals[v].angle(&(Vector3::x() * x))).collect();
+            assert!(tilts.len() >= 3 && tilts.iter().all(|tilt| *tilt < 0.02), "{x}: {tilts:?}");
+        }
+        // One edge alone.
+        given.forms = [None, Some(EdgeForm::Round)];
+        let one = BladeLoft::new(&given, |p| p.x).unwrap().mesh(0.01).unwrap();
+        let at = one.normals_before.iter().map(|(v, _)| one.mesh.vertices()[*v as usize].x);
+        assert!(!one.normals_before.is_empty() && at.into_iter().all(|x| x < -40.0));
+    }
+}
+
+/// A flat edge is found at its corners, by a mark in it, too; where there are none it is refused.
+#[test]
+fn edges_that_are_known_as_flat_need_corners() {
+    let mut random = Random(89);
+    let given = BladeSections { forms: [None, Some(EdgeForm::Flat)], ..random_blade(&mut random, BladeEnd::CutOff, 4) };
+    let trailing = given.sections[0][0];
+    let downstream = |p: &Point3<f64>| -(p - trailing).norm();
+    let found = BladeLoft::new(&given, downstream).unwrap().mesh(0.1).unwrap();
+    for corner in [0, given.sections[0].len() - 1] {
+        let marked = BladeSections { trailing: Some([corner; 2]), ..given.clone() };
+        let marked = BladeLoft::new(&marked, downstream).unwrap().mesh(0.1).unwrap();
+        assert_eq!(marked.mesh, found.mesh, "marked at {corner}");
+    }
+    let round = random_blade(&mut random, BladeEnd::Round, 4);
+    let round = BladeSections { forms: [Some(EdgeForm::Flat), None], ..round };
+    let why = BladeLoft::new(&round, |p| p.x).map(drop).expect_err("no corners");
+    assert_eq!(why, LoftError::NoFlatEnd { edge: "leading" });
 }
 
 #[test]

@@ -63,7 +63,7 @@ fn random_annulus(random: &mut Random, is_cut_off: bool) -> Annulus {
         (-4..=4).map(|k| Point2::new(z(k), radius + slope * z(k) + bend * f64::from(k.abs() % 2))).collect()
     };
     let walls = [wall(hub, slope[0]), wall(hub + height, slope[1])];
-    Annulus { blade: BladeSections { sections, is_cut_off, leading: None, trailing: None }, walls, n_blades }
+    Annulus { blade: BladeSections { sections, is_cut_off, ..BladeSections::default() }, walls, n_blades }
 }
 
 impl Annulus {
@@ -253,6 +253,13 @@ fn sections_on_a_wall_or_before_it_stay_the_ends() {
     assert_eq!(blade.mesh, whole.mesh);
     let LoftEnd::SectionBeforeWall { gap_mm } = blade.ends[0] else { panic!("{:?}", blade.ends) };
     assert!((gap_mm - (high - low + 2.5)).abs() < 1e-9 && blade.ends[1] == LoftEnd::Section);
+    // No sector of a hub that it does not stand on: the error has the distance and the remedy.
+    walls.hub_sector = Some(HubSector { n_blades: 9, thickness: 2.0 });
+    let why = given.loft().mesh_between(&walls, 0.02).expect_err("no sector");
+    assert_eq!(why, LoftError::HubNotReached { gap_mm });
+    let text = why.to_string();
+    assert!(text.contains(&format!("{gap_mm:.3} mm before the hub")) && text.contains("add a section"), "{text}");
+    walls.hub_sector = None;
     // On a wall that is nowhere farther than the tolerance, the section stays as it is.
     let middle = 0.5 * (low + high);
     walls.hub = cylinder(middle);
@@ -317,7 +324,7 @@ fn walls_that_fit_no_blade_are_refused() {
     assert!(matches!(refused(&|w| w.hub.truncate(1)), LoftError::WrongWall { wall: "hub", .. }));
     assert!(matches!(refused(&|w| w.shroud[2].x = f64::NAN), LoftError::WrongWall { wall: "shroud", .. }));
     assert!(matches!(refused(&|w| w.hub = vec![]), LoftError::WrongWall { wall: "hub", .. }));
-    assert!(matches!(refused(&|w| w.hub = w.shroud.clone()), LoftError::WrongWall { wall: "hub", .. }));
+    assert!(matches!(refused(&|w| w.hub = w.shroud.clone()), LoftError::HubNotReached { .. }));
     assert!(matches!(
         refused(&|w| w.axis = Unit::new_normalize(Vector3::new(1.0, 0.0, 0.0))),
         LoftError::WrongWall { .. } | LoftError::WallsCross { .. } | LoftError::BeforeWall { .. }

@@ -186,14 +186,31 @@ pub fn turns_shorter(program: &ReadProgram) -> bool {
 /// Largest number of decimals of a rewritten word of a foreign program.
 const MOST_DECIMALS: usize = 9;
 
+/// Reason why the lines of a link must stay.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct KeptLines {
+    /// Line that has more than positions of the axes, if one does.
+    pub line: Option<u32>,
+    /// The reason.
+    pub why: String,
+}
+
+impl KeptLines {
+    /// Returns a reason that no single line has.
+    pub fn because(why: impl Into<String>) -> Self {
+        Self { line: None, why: why.into() }
+    }
+}
+
 /// Returns the lines of a link, or the reason why they must stay.
 ///
 /// # Errors
 /// With the line: the content of a block besides positions of the axes.
-pub fn link_lines(program: &ReadProgram, words: &WordMap, link: &ProgramLink) -> Result<LinkLines, String> {
+pub fn link_lines(program: &ReadProgram, words: &WordMap, link: &ProgramLink) -> Result<LinkLines, KeptLines> {
     let (Some(&first), Some(&last)) = (link.blocks.first(), link.blocks.last()) else {
-        return Err("it has no block".to_owned());
+        return Err(KeptLines::because("it has no block"));
     };
+    let in_block = |block: &ReadBlock, why: String| KeptLines { line: Some(block.line), why };
     let mut lines = Vec::new();
     let mut numbers = Vec::new();
     let mut motion_of = None;
@@ -201,9 +218,9 @@ pub fn link_lines(program: &ReadProgram, words: &WordMap, link: &ProgramLink) ->
         if is_comment(block) {
             continue;
         }
-        let motion = plain_rapid(program.dialect, block).map_err(|why| format!("line {}: {why}", block.line))?;
+        let motion = plain_rapid(program.dialect, block).map_err(|why| in_block(block, why))?;
         if motion.work_offset != words.work_offset() {
-            return Err(format!("line {}: its words refer to {}", block.line, motion.work_offset));
+            return Err(in_block(block, format!("its words refer to {}", motion.work_offset)));
         }
         lines.push(block.line);
         // On Heidenhain every line has its consecutive number.
@@ -211,16 +228,18 @@ pub fn link_lines(program: &ReadProgram, words: &WordMap, link: &ProgramLink) ->
         numbers.push(number.map_or_else(String::new, |_| number_text(&block.text)));
         motion_of = motion_of.or(Some(motion)).filter(|m| m.compensation == motion.compensation);
         if motion_of.is_none() {
-            return Err(format!("line {}: the length compensation is another", block.line));
+            return Err(in_block(block, "the length compensation is another".to_owned()));
         }
     }
     let before = program.blocks[..first].iter().rev().find_map(|b| b.motion.as_ref());
     let end = program.blocks[last].motion.as_ref();
-    let (Some(before), Some(end)) = (before, end) else { return Err("it has no place to start from".to_owned()) };
+    let (Some(before), Some(end)) = (before, end) else {
+        return Err(KeptLines::because("it has no place to start from"));
+    };
     if before.compensation != end.compensation || before.work_offset != end.work_offset {
-        return Err("offset or length compensation change before it".to_owned());
+        return Err(KeptLines::because("offset or length compensation change before it"));
     }
-    let all = |motion: &ReadMotion| {
+    let all = |motion: &ReadMotion| -> Result<AxisWords, String> {
         let words = words.axes().iter().map(|axis| match motion.position.get(axis.letter) {
             Some(AxisAt::Word(value)) => Ok((axis.letter, value)),
             _ => Err(format!("axis {} is at no word", axis.letter)),
@@ -228,7 +247,8 @@ pub fn link_lines(program: &ReadProgram, words: &WordMap, link: &ProgramLink) ->
         let words: Vec<_> = words.collect::<Result<_, String>>()?;
         AxisWords::from_words(words).map_err(|e| e.to_string())
     };
-    Ok(LinkLines { lines, numbers, compensation: end.compensation, before: all(before)?, end: all(end)? })
+    let [before, at_end] = [all(before), all(end)].map(|words| words.map_err(KeptLines::because));
+    Ok(LinkLines { lines, numbers, compensation: end.compensation, before: before?, end: at_end? })
 }
 
 impl LinkLines {

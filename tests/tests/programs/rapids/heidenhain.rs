@@ -110,10 +110,16 @@ fn links_with_more_than_positions_stay_and_are_reported() {
         ("L Z+440 R0 FMAX\nL IX-60 R0 FMAX\n", "line 14: `IX-60 R0` is not understood"),
         ("L Z+440 R0 FMAX\nL X-30 R0 FMAX M126\n", "line 14: `M126` is no absolute place"),
         ("L Z+440 R0 FMAX\nLP PR+30 PA+180 R0 FMAX\n", "line 14: `LP PR+30 PA+180 R0 FMAX` is not understood"),
-        ("L Z+440 R0 FMAX\n/L X-30 R0 FMAX\n", "line 14: block that may be skipped"),
+        (
+            "L Z+440 R0 FMAX\n/L X-30 R0 FMAX\n",
+            "line 14: the positions of the axes are unknown: block that may be skipped",
+        ),
         ("L Z+440 R0 FMAX\nL X-30 R0 F MAX\n", "line 14: `F MAX` is not understood"),
         ("L Z+440 R0 FMAX\nL X+Q1 R0 FMAX\n", "line 14: `X+Q1 R0` is not understood"),
-        ("L Z+440 R0 FMAX\nPLANE SPATIAL SPA+0 SPB+5 SPC+0 STAY\nL X-30 R0 FMAX\n", "unknown: line 14"),
+        (
+            "L Z+440 R0 FMAX\nPLANE SPATIAL SPA+0 SPB+5 SPC+0 STAY\nL X-30 R0 FMAX\n",
+            "line 14: the positions of the axes are unknown",
+        ),
         ("L Z+0 R0 FMAX M91\nL X-30 R0 FMAX\n", "line 13: `Z+0` is no absolute place"),
         ("L Z+440 R0 FMAX\nCC X+0 Y+0\nL X-30 R0 FMAX\n", "line 14: says something else"),
     ] {
@@ -121,7 +127,7 @@ fn links_with_more_than_positions_stay_and_are_reported() {
         let old = numbered(&two_ways("CC X+0 Y+0\nQ1 = -30\n", &across));
         let made = faster(&job, &old);
         assert!(made.text == old.as_bytes() && made.file.changed == 0, "{across}");
-        let output = made.file.links.iter().find_map(|link| link.kept_because.as_ref());
+        let output = made.file.links.iter().find_map(|link| link.kept_text());
         assert!(output.is_some_and(|output| output.contains(why)), "{across}{:?}", made.file.links);
     }
 }

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use facemill_test_kit::Random;
+use facemill_tests::calls::with_a_call;
 use facemill_tests::golden::two_heads;
 use facemill_tests::jobs::JobFolder;
 use facemill_tests::oracles::interpreter;
@@ -487,6 +488,34 @@ fn foreign_and_empty_programs_have_pages() {
     assert_eq!(foreign["finding"]["line"], foreign["finding"]["worst"]);
     let empty = measured(&job.path("empty.html"), &[]).expect("as before");
     assert_eq!(empty["motions"], 0);
+}
+
+/// The page of a program with calls has the motion and the verdict of the flat one; it names the
+/// text that it shows, and which of its lines are which lines of the written files.
+#[test]
+fn calls_of_subprograms_are_expanded_on_the_page() {
+    let job = planned();
+    let flat = text(&job, "out/program.nc");
+    let [main, sub] = with_a_call(&flat);
+    job.write("main.nc", main.as_bytes());
+    job.write("O2999.nc", sub.as_bytes());
+    job.write("flat.nc", flat.as_bytes());
+    let codes = ["flat", "main"].map(|name| facemill(&job, &format!("view ./{name}.nc --job job.json")));
+    assert_eq!(codes[0], codes[1]);
+    let [flat_page, page] = ["flat", "main"].map(|name| document(&text(&job, &format!("{name}.html"))));
+    for key in ["/motion/n", "/motion/total", "/verdict/state", "/verdict/because", "/operation_times"] {
+        assert_eq!(page.pointer(key), flat_page.pointer(key), "{key}");
+    }
+    assert_eq!(page["result"]["findings"], flat_page["result"]["findings"]);
+    assert_eq!(page["program"]["file"], "main.nc with its calls expanded");
+    let assumptions = page["result"]["assumptions"].as_array().expect("assumptions");
+    let texts: Vec<&str> = assumptions.iter().filter_map(|a| a["text"].as_str()).collect();
+    let at = main.lines().position(|line| line.starts_with("M98")).expect("a call") + 1;
+    let places = format!("1 to {} are main.nc 1 to {}, {at} to {} are O2999.nc 3 to 5, ", at - 1, at - 1, at + 2);
+    let stamp = |bytes: &str| facemill::formats::checksum(bytes.as_bytes());
+    let said = |what: &str| texts.iter().any(|text| text.contains(what));
+    assert!(said(&places) && said(&format!("O2999.nc ({})", stamp(&sub))) && said(&stamp(&main)), "{texts:?}");
+    assert!(!flat_page.to_string().contains("calls of subprograms"));
 }
 
 #[test]

@@ -6,6 +6,7 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
+use facemill::called_program::CalledProgram;
 use facemill::cl_file::is_cl_file;
 use facemill::nc_program::Dialect;
 use facemill::{Failure, Job, files, no_program};
@@ -74,7 +75,10 @@ impl ProgramArguments {
             };
             let of = setup_of(&job, Some(of))?;
             let dialect = self.dialect.unwrap_or_else(|| job.post.dialect());
-            job.programs.add(of, Some((file.into(), read_nc(Path::new(file))?)), dialect);
+            let path = Path::new(file);
+            let text = read_nc(path)?;
+            let text = CalledProgram::of(&job, path, &text, dialect)?.map_or(text, |(_, text)| text);
+            job.programs.add(of, Some((path.into(), text)), dialect);
         }
         let text = read_nc(&self.program)?;
         let dialect = self.dialect.unwrap_or_else(|| job.post.dialect());

@@ -55,7 +55,7 @@ pub(crate) enum MachineCommand {
 pub(crate) fn run(command: MachineCommand) -> Result<ExitCode, Failure> {
     match command {
         MachineCommand::Check { file, touches } => check(&file, &touches),
-        MachineCommand::New(arguments) => machine_new::run(&arguments),
+        MachineCommand::New(arguments) => machine_new::run(*arguments),
         MachineCommand::Draw { file, out, force } => draw(&file, &out, force),
         MachineCommand::Import { machine, out, lines } => import(&machine, out.as_deref(), lines),
     }

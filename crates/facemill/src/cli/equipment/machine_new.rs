@@ -1,5 +1,6 @@
 //! `facemill machine new`.
 
+use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -13,64 +14,66 @@ use facemill::inverse_kinematics::measured::{
 use facemill::inverse_kinematics::{Machine, MachineError};
 use facemill::{Failure, files};
 
+use crate::cli::equipment::machine_prompts::ask_missing;
 use crate::cli::output::say;
 
-#[derive(Args)]
+#[derive(Args, Clone)]
 pub(crate) struct NewMachineArguments {
-    /// Family: where the rotary axes are
+    /// Family: where the rotary axes are. On a terminal, a run without --family or --out asks for
+    /// them and for all values that no option gives
     #[arg(long, value_name = "NAME", value_parser = family())]
-    family: MeasuredFamily,
+    pub(super) family: Option<MeasuredFamily>,
     /// Output file
     #[arg(short, long, value_name = "FILE")]
-    out: PathBuf,
+    pub(super) out: Option<PathBuf>,
     /// Output file for the drawing of axes and pivots (SVG); default: the machine file's name with
     /// .svg
     #[arg(long, value_name = "FILE")]
     drawing: Option<PathBuf>,
     /// Replace output files that exist
     #[arg(long)]
-    force: bool,
+    pub(super) force: bool,
     /// Name of the machine; default: its family
     #[arg(long, value_name = "TEXT", value_parser = machine_name)]
-    name: Option<String>,
+    pub(super) name: Option<String>,
     /// Readings of X, Y, Z with the centre of the spindle nose on the table's origin (on C of a
     /// turning table), a reversed axis as it counts, mm
     #[arg(long, value_name = "X,Y,Z", value_parser = numbers::<3>, allow_hyphen_values = true)]
-    table_at: Option<[f64; 3]>,
+    pub(super) table_at: Option<[f64; 3]>,
     /// Trunnion: point on the tilting axis, seen from the table's origin, mm
     #[arg(long, value_name = "X,Y,Z", value_parser = numbers::<3>, allow_hyphen_values = true)]
-    table_tilt: Option<[f64; 3]>,
+    pub(super) table_tilt: Option<[f64; 3]>,
     /// Head: distance from the spindle nose (gauge line) up to the tilting axis, above 0, mm
     #[arg(long, value_name = "MM", value_parser = finite, allow_hyphen_values = true)]
-    pivot_length: Option<f64>,
+    pub(super) pivot_length: Option<f64>,
     /// Head: tilting axis beside the spindle's centre line, toward +X (B) or +Y (A), mm
     #[arg(long, value_name = "MM", value_parser = finite, allow_hyphen_values = true)]
-    pivot_offset: Option<f64>,
+    pub(super) pivot_offset: Option<f64>,
     /// Fork: C axis, seen from the spindle's centre line, mm
     #[arg(long, value_name = "X,Y", value_parser = numbers::<2>, allow_hyphen_values = true)]
-    c_offset: Option<[f64; 2]>,
+    pub(super) c_offset: Option<[f64; 2]>,
     /// Nutating axis: direction toward which it leans from z, upward, with the axes at 0
     #[arg(long, value_name = "+y|-y", value_parser = lean, allow_hyphen_values = true)]
-    lean: Option<MeasuredLean>,
+    pub(super) lean: Option<MeasuredLean>,
     /// Limits of an axis, mm or deg: X=-400:400, C=endless; for several axes several times
     #[arg(long, value_name = "AXIS=MIN:MAX", value_parser = limits)]
-    limits: Vec<(String, AxisLimits)>,
+    pub(super) limits: Vec<(String, AxisLimits)>,
     /// Home position of an axis, mm or deg: Z=0
     #[arg(long, value_name = "AXIS=VALUE", value_parser = axis_value)]
-    home: Vec<(String, f64)>,
+    pub(super) home: Vec<(String, f64)>,
     /// Rapid velocity of an axis, mm/min or deg/min: X=30000
     #[arg(long, value_name = "AXIS=VALUE", value_parser = axis_value)]
-    rapid: Vec<(String, f64)>,
+    pub(super) rapid: Vec<(String, f64)>,
     /// Largest acceleration of an axis, mm/s² or deg/s²
     #[arg(long, value_name = "AXIS=VALUE", value_parser = axis_value)]
-    acceleration: Vec<(String, f64)>,
+    pub(super) acceleration: Vec<(String, f64)>,
     /// Largest jerk of an axis, mm/s³ or deg/s³
     #[arg(long, value_name = "AXIS=VALUE", value_parser = axis_value)]
-    jerk: Vec<(String, f64)>,
+    pub(super) jerk: Vec<(String, f64)>,
     /// Sense in which an axis counts, compared with ISO 841: C=iso, C=reversed. B of either lean is
     /// iso if +B tilts the tool, as seen from the workpiece, from +z toward +x
     #[arg(long, value_name = "AXIS=SENSE", value_parser = sense)]
-    sense: Vec<(String, MeasuredSense)>,
+    pub(super) sense: Vec<(String, MeasuredSense)>,
     /// Axis that counts against ISO 841, such as rotary tables of LinuxCNC's old convention: short
     /// for --sense AXIS=reversed
     #[arg(long, value_name = "AXIS", value_parser = axis_name)]
@@ -80,10 +83,20 @@ pub(crate) struct NewMachineArguments {
     lines: bool,
 }
 
-pub(crate) fn run(arguments: &NewMachineArguments) -> Result<ExitCode, Failure> {
-    let out = &arguments.out;
-    let family = arguments.family;
-    let mut made = machine_from_measurements(family, &measurements(arguments)?).map_err(|e| failure(arguments, e))?;
+pub(crate) fn run(arguments: NewMachineArguments) -> Result<ExitCode, Failure> {
+    let is_complete = arguments.family.is_some() && arguments.out.is_some();
+    let arguments = if !is_complete && std::io::stdin().is_terminal() {
+        &ask_missing(arguments, &mut std::io::stdin().lock(), &mut std::io::stderr())?
+    } else {
+        &arguments
+    };
+    let missing = |option: &str, what: &str| {
+        Failure::input(Path::new(option), format!("is missing: {what}; on a terminal the command asks for it"))
+    };
+    let families = || MeasuredFamily::ALL.map(MeasuredFamily::name).join(", ");
+    let family = arguments.family.ok_or_else(|| missing("--family", &format!("give one of {}", families())))?;
+    let out = arguments.out.as_ref().ok_or_else(|| missing("--out", "give the machine file to write"))?;
+    let mut made = measured_machine(arguments, family)?;
     if let Some(name) = &arguments.name {
         made.file.name.clone_from(name);
     }
@@ -107,6 +120,14 @@ pub(crate) fn run(arguments: &NewMachineArguments) -> Result<ExitCode, Failure> 
         out.display()
     ))?;
     Ok(ExitCode::SUCCESS)
+}
+
+/// Returns the machine that the options describe.
+pub(super) fn measured_machine(
+    arguments: &NewMachineArguments,
+    family: MeasuredFamily,
+) -> Result<MeasuredMachine, Failure> {
+    machine_from_measurements(family, &measurements(arguments)?).map_err(|e| failure(arguments, e))
 }
 
 /// Lists measured values and defaults as the options that give them.
@@ -259,7 +280,7 @@ fn family() -> impl TypedValueParser<Value = MeasuredFamily> {
 }
 
 /// Returns a name that machine files may have.
-fn machine_name(text: &str) -> Result<String, String> {
+pub(super) fn machine_name(text: &str) -> Result<String, String> {
     let is_blank = text.trim().is_empty();
     if is_blank { Err("must not be blank".to_owned()) } else { Ok(text.to_owned()) }
 }
@@ -293,19 +314,19 @@ fn axis_value(text: &str) -> Result<(String, f64), String> {
     Ok((axis, finite(value)?))
 }
 
-fn lean(text: &str) -> Result<MeasuredLean, String> {
+pub(super) fn lean(text: &str) -> Result<MeasuredLean, String> {
     let leans = [MeasuredLean::PlusY, MeasuredLean::MinusY];
     leans.into_iter().find(|lean| lean.name() == text.trim()).ok_or_else(|| format!("\"{text}\" is neither +y nor -y"))
 }
 
-fn sense(text: &str) -> Result<(String, MeasuredSense), String> {
+pub(super) fn sense(text: &str) -> Result<(String, MeasuredSense), String> {
     let (axis, value) = text.split_once('=').ok_or("must be AXIS=iso or AXIS=reversed")?;
     let senses = [MeasuredSense::Iso, MeasuredSense::Reversed];
     let sense = senses.into_iter().find(|sense| sense.name() == value.trim());
     Ok((axis_name(axis)?, sense.ok_or("must be AXIS=iso or AXIS=reversed")?))
 }
 
-fn limits(text: &str) -> Result<(String, AxisLimits), String> {
+pub(super) fn limits(text: &str) -> Result<(String, AxisLimits), String> {
     let (axis, value) = split_axis(text)?;
     if value.trim() == "endless" {
         return Ok((axis, AxisLimits::Endless));

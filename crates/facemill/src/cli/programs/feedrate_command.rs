@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Args;
+use facemill::called_program::CalledProgram;
 use facemill::feeds::{
     BLEND_TOLERANCES, FeedLaw, FeedLawTimes, FeedRewriteError, FeedRewriteSettings, FeedRewriteSummary,
     MAX_TOOL_LENGTH, TipFeed, rewrite_feed_lines,
@@ -16,7 +17,7 @@ use facemill::nc_program::dialect::ControlMotion;
 use facemill::nc_subprograms::may_call;
 use facemill::{Failure, files, read_dialect_file};
 
-use crate::cli::arguments::called_files::{CALLS_IN_PLACE, CalledProgram};
+use crate::cli::arguments::called_files::{CALLS_IN_PLACE, feed_fault};
 use crate::cli::arguments::dialect::dialect;
 use crate::cli::arguments::program::{open_nc, read_nc};
 use crate::cli::output::{say, say_bytes};
@@ -122,11 +123,10 @@ pub(crate) fn run(arguments: &FeedrateArguments) -> Result<ExitCode, Failure> {
     let failed = |why: FeedRewriteError| match why {
         FeedRewriteError::Read(source) => Failure::Read { file: arguments.program.clone(), source },
         FeedRewriteError::Write(source) => Failure::Write { file: arguments.out.clone().unwrap_or_default(), source },
-        FeedRewriteError::Program(why) if called.is_some() => {
-            Failure::input(&arguments.program, format!("with its calls of subprograms expanded: {why}"))
-        }
-        FeedRewriteError::Program(why) => Failure::input(&arguments.program, why),
-        other => Failure::input(&arguments.program, other),
+        other => match &called {
+            Some((called, _)) => feed_fault(called, &arguments.program, other),
+            None => Failure::input(&arguments.program, other),
+        },
     };
     let from_start = || -> std::io::Result<Box<dyn BufRead + '_>> {
         if let Some((_, text)) = &called {
@@ -160,11 +160,7 @@ fn start_of(program: &File) -> std::io::Result<BufReader<File>> {
 
 /// Returns the program with its calls expanded; `None` without calls. A program without any is not
 /// held in memory.
-fn called<'p>(
-    program: &File,
-    path: &'p Path,
-    dialect: Dialect,
-) -> Result<Option<(CalledProgram<'p>, Vec<u8>)>, Failure> {
+fn called(program: &File, path: &Path, dialect: Dialect) -> Result<Option<(CalledProgram, Vec<u8>)>, Failure> {
     let failed = |source| Failure::Read { file: path.to_owned(), source };
     let mut lines = start_of(program).map_err(failed)?;
     let mut line = Vec::new();

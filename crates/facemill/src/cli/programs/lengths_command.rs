@@ -12,7 +12,7 @@ use facemill::tool_model::HolderLibrary;
 use facemill::z_map::DexelMap;
 use facemill::{CutRequest, Failure, files, read_rest, replan_with_shorter_tools};
 
-use crate::cli::arguments::called_files::CalledProgram;
+use crate::cli::arguments::called_files::expand_in_place;
 use crate::cli::arguments::option_lengths::{above_zero, from_zero, stock_tolerance};
 use crate::cli::arguments::program::{ProgramArguments, ProgramOfJob};
 use crate::cli::equipment::tool_files::is_tool_file;
@@ -80,7 +80,7 @@ pub(crate) fn run(arguments: &LengthsArguments) -> Result<ExitCode, Failure> {
         None => None,
     };
     let mut read = arguments.program.read()?.of_one_tool()?;
-    let called = CalledProgram::in_place(&mut read, &arguments.program.program)?;
+    let called = expand_in_place(&mut read, &arguments.program.program)?;
     let ProgramOfJob { job, setup, dialect, text, .. } = read;
     let rest = arguments.rest.as_ref().map(|path| read_rest(&job, setup, path)).transpose()?;
     let request = LengthsRequest {
@@ -100,6 +100,7 @@ pub(crate) fn run(arguments: &LengthsArguments) -> Result<ExitCode, Failure> {
     if let Some(called) = &called {
         found.file.map_lines(|line| called.written(line));
         found.file.program = called.stamp();
+        found.file.called_files = called.called_files();
     }
     if let (true, Some(library)) = (arguments.replan, &library) {
         replan_with_shorter_tools(&job, setup, library, &mut found, &Progress::new(false))?;

@@ -4,12 +4,13 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Args;
+use facemill::called_program::CalledProgram;
 use facemill::job_file::STOCK_TOLERANCE;
 use facemill::rapids::{RapidsRequest, faster_rapids};
 use facemill::z_map::DexelMap;
 use facemill::{CutRequest, Failure, files, read_rest};
 
-use crate::cli::arguments::called_files::{CALLS_IN_PLACE, CalledProgram};
+use crate::cli::arguments::called_files::{CALLS_IN_PLACE, expand_in_place};
 use crate::cli::arguments::option_lengths::{above_zero, from_zero, stock_tolerance};
 use crate::cli::arguments::program::{ProgramArguments, ProgramOfJob};
 use crate::cli::output::say;
@@ -56,7 +57,7 @@ pub(crate) fn run(arguments: &RapidsArguments) -> Result<ExitCode, Failure> {
     crate::cli::progress::watch_interrupts().map_err(Failure::Internal)?;
     let program = &arguments.program.program;
     let mut read = arguments.program.read()?.of_one_tool()?;
-    let called = CalledProgram::in_place(&mut read, program)?;
+    let called = expand_in_place(&mut read, program)?;
     let ProgramOfJob { job, setup, dialect, mut text, .. } = read;
     if called.is_some() {
         text = CalledProgram::numbered(text, dialect);
@@ -73,8 +74,9 @@ pub(crate) fn run(arguments: &RapidsArguments) -> Result<ExitCode, Failure> {
     files::check_outputs([&arguments.out].into_iter().chain(&arguments.report).map(PathBuf::as_path))?;
     let mut made = faster_rapids(&job, &text, &request, &Progress::new(false))?;
     if let Some(called) = &called {
-        made.file.links.iter_mut().flat_map(|link| &mut link.lines).for_each(|line| *line = called.written(*line));
+        made.file.map_lines(|line| called.written(line));
         made.file.program = called.stamp();
+        made.file.called_files = called.called_files();
     }
     let clean = made.verification.verification.faults().next().is_none();
     let mut outputs: Vec<(&Path, Vec<u8>)> = vec![(&arguments.out, made.text)];

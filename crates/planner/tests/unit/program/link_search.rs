@@ -110,6 +110,6 @@ fn a_link_may_be_replaced_if_neither_text_nor_run_holds_it() {
     assert_eq!(why(None, Some(2)).as_deref(), Some("the coolant changes on it"));
     assert_eq!(why(None, None).as_deref(), Some("its blocks are not those from one pass to the next alone"));
     assert_eq!(why(Some(LinkHold::Laws), Some(1)).as_deref(), Some("its blocks move in different ways"));
-    let doubt = Some(LinkHold::Doubt("a fault".to_owned()));
+    let doubt = Some(LinkHold::Doubt { line: 1, what: "a fault".to_owned() });
     assert_eq!(why(doubt, Some(2)).as_deref(), Some("the positions of the axes are unknown"));
 }

@@ -1,0 +1,3 @@
+//! Laws of programs with the files that they call.
+
+mod places;
