@@ -68,6 +68,9 @@ mod pages {
     #[doc = include_str!("../../propeller-file/README.md")]
     struct PropellerFile;
 
+    #[doc = include_str!("../../setup-programs/README.md")]
+    struct SetupPrograms;
+
     #[doc = include_str!("../../test-kit/README.md")]
     struct TestKit;
 
@@ -135,6 +138,7 @@ pub use facemill_planner as planner;
 pub use facemill_propeller_file as propeller_file;
 pub use facemill_report_page as report_page;
 pub use facemill_sample_parts as sample_parts;
+pub use facemill_setup_programs as setup_programs;
 pub use facemill_surface_model as surface_model;
 pub use facemill_tool_library as tool_library;
 pub use facemill_tool_model as tool_model;

@@ -26,7 +26,6 @@
 //! | `dual` | setups of a machine with two heads |
 //! | `plan` | the complete plan of one setup |
 //! | `plan_job` | all setups of a job, each on the stock that earlier ones leave |
-//! | `setup_programs` | programs of whole clampings: of all tools in one text, with subprograms, their APT file, and tables for the control |
 //! | `replan_lengths` | the job planned again with shorter tools |
 //! | `posture_maps` | maps of the feasible postures where each pass has the narrowest choice |
 //! | `solution_space` | the proven map of one CC point |
@@ -48,7 +47,6 @@ mod posture_maps;
 mod program;
 mod replan_lengths;
 mod report;
-mod setup_programs;
 mod solution_space;
 mod stage_clock;
 
@@ -60,9 +58,6 @@ pub use crate::planned::{Planned, PosedPass};
 pub use crate::posture_maps::posture_maps;
 pub use crate::report::pass_files::path_text;
 pub use crate::report::summary::summary;
-pub use crate::setup_programs::control_tables::{ControlTables, control_tables};
-pub use crate::setup_programs::subprograms::{CallingProgram, calling_programs};
-pub use crate::setup_programs::tool_changes::{JoinedProgram, JoinedSection, JoinedText, joined_programs};
 pub use plan::plan_setup;
 pub use replan_lengths::replan_with_shorter_tools;
 pub use solution_space::{SolutionSpace, SolutionSpaceRequest, solution_space};

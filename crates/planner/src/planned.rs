@@ -34,7 +34,7 @@ pub struct Planned {
     /// Postures of the passes, of which maps can be made ([`posture_maps`](crate::posture_maps)).
     pub posed: Vec<PosedPass>,
     /// Specification that the program is written from, of a job with several tools.
-    pub(crate) spec: Option<ProgramSpec>,
+    pub spec: Option<ProgramSpec>,
     /// Wall time of each stage, s; not deterministic.
     pub timings: Vec<(&'static str, f64)>,
 }

@@ -8,7 +8,7 @@ use std::path::Path;
 use facemill::Job;
 use facemill::nc_program::read::{AxisAt, MotionKind};
 use facemill::nc_program::{Dialect, read_program};
-use facemill::planner::control_tables;
+use facemill::setup_programs::control_tables;
 use facemill_test_kit::{linuxcnc_interpreter, run_linuxcnc};
 use facemill_tests::commands::facemill_in;
 use facemill_tests::golden::{CONTROLS, two_heads};

@@ -5,12 +5,12 @@ use std::process::ExitCode;
 
 use clap::Args;
 use facemill::formats::{JoinedProgramSummary, JoinedSectionSummary, SUMMARY_FORMAT, SetupSummary, SummaryFile};
-use facemill::planner::{
-    ControlTables, JoinedProgram, JoinedSection, calling_programs, control_tables, joined_programs,
-    plan_job_with_setups,
-};
+use facemill::planner::plan_job_with_setups;
 use facemill::report::Report;
 use facemill::report::outcome::Outcome;
+use facemill::setup_programs::{
+    ControlTables, JoinedProgram, JoinedSection, calling_programs, control_tables, joined_programs,
+};
 use facemill::{Failure, Job, JobSetting, PlanSettings, Planned, files, summary};
 
 use crate::cli::arguments::option_lengths::above_zero;

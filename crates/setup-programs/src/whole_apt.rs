@@ -1,8 +1,7 @@
 //! APT file of a whole clamping: those of its tools in one.
 
 use facemill_job::format::program_stamp::checksum;
-
-use crate::planned::Planned;
+use facemill_planner::Planned;
 
 /// Returns the APT file of a clamping from those of its tools, in their order: one part name, unit
 /// and begin of axes, then for each tool its name as PPRINT, CUTTER, LOADTL, SPINDL and COOLNT, its

@@ -7,9 +7,9 @@ use facemill_nc_program::ReadProgram;
 use facemill_nc_program::dialect::SubprogramPart;
 use facemill_nc_program::read::ReadBlock;
 use facemill_nc_subprograms::{SplitProgram, SplitSettings, expand, operation_sections, pass_sections, split};
+use facemill_planner::Planned;
 
-use crate::planned::Planned;
-use crate::setup_programs::tool_changes::{JoinedProgram, is_same_block};
+use crate::tool_changes::{JoinedProgram, is_same_block};
 
 /// Program of a clamping as a main program that calls subprograms.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -9,9 +9,9 @@ use facemill_job::load::job::Job;
 use facemill_job::validate::setup_names::file_stem;
 use facemill_nc_program::read::{AxisAt, CallKind, ReadBlock, ReadCall, ReadCommand};
 use facemill_nc_program::{AxisLetter, ProgramSpec, ReadProgram, write_sections};
+use facemill_planner::Planned;
 
-use crate::planned::Planned;
-use crate::setup_programs::whole_apt::whole_apt;
+use crate::whole_apt::whole_apt;
 
 /// Program of a clamping with the programs of all of its tools.
 #[derive(Clone, Debug)]
