@@ -23,6 +23,19 @@ impl PoseTest<'_> {
         })
     }
 
+    /// Returns whether the cutter is deeper in stock than the gouge tolerance at a pose. The part
+    /// itself is no stock, nor is an obstacle without stock on it.
+    pub fn cuts_stock(&self, cl: &ClPoint, hints: &mut Hints) -> bool {
+        let work_from_tool = tool_frame(cl);
+        hints.gouge.resize(self.cell.obstacles.len(), None);
+        self.cell.obstacles.iter().zip(&hints.gouge).filter(|(obstacle, _)| obstacle.has_stock()).any(
+            |(obstacle, hint)| {
+                let stock = obstacle.collision_allowance;
+                !obstacle.mesh.verdict_of_all(&self.test_bodies, stock, &work_from_tool, *hint).is_free()
+            },
+        )
+    }
+
     /// Returns whether the cutter touches stock on the way between two poses: tip straight, axis
     /// turned evenly. The part itself is no stock, nor is an obstacle without stock on it.
     ///
