@@ -39,9 +39,9 @@ impl PoseTest<'_> {
     /// Returns whether the cutter touches stock on the way between two poses: tip straight, axis
     /// turned evenly. The part itself is no stock, nor is an obstacle without stock on it.
     ///
-    /// `false` is proven for all of the way; a way that comes nearer than 0.01 mm to stock may count
-    /// as in it. Of a mesh that proves nothing of motions, poses between both, no farther apart than
-    /// `step` (mm), are tested.
+    /// `false` is proven for all of the way; a way that comes nearer than 0.01 mm to stock may
+    /// count as in it. Of a mesh that proves nothing of motions, poses between both, no farther
+    /// apart than `step` (mm), are tested.
     pub fn meets_stock_between(&self, from: &ClPoint, to: &ClPoint, step: f64, hints: &mut Hints) -> bool {
         let cutter = self.cell.tool.cutter();
         let reach = cutter.flute_length().hypot(cutter.radius());

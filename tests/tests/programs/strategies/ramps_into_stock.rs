@@ -34,8 +34,8 @@ fn descent([(from, axis), (to, _)]: &[TipAndAxis; 2]) -> f64 {
     down.atan2((way + axis.into_inner() * down).norm()).to_degrees()
 }
 
-/// Ends of the slats along x, from the middle, beyond those of the arcs; and their sides along y and
-/// z, in the second place of the pattern, mm.
+/// Ends of the slats along x, from the middle, beyond those of the arcs; and their sides along y
+/// and z, in the second place of the pattern, mm.
 const ENDS: [f64; 2] = [10.0, 45.0];
 const SIDES: [f64; 2] = [-23.9, -23.35];
 const HEIGHTS: [f64; 2] = [4.5, 5.5];
@@ -122,8 +122,8 @@ const RIDGE: [[f64; 2]; 5] = [[-30.0, -4.5], [-15.0, -4.5], [0.0, 0.0], [15.0, -
 /// Stock on the ridge, mm.
 const STOCK: f64 = 0.4;
 
-/// Returns a job of passes across a ridge, up on one side and down on the other, by a ball nose mill
-/// that points to one place.
+/// Returns a job of passes across a ridge, up on one side and down on the other, by a ball nose
+/// mill that points to one place.
 fn ridge() -> JobFolder {
     let job = tiny_patch();
     let vertices = RIDGE.map(|[x, z]| format!("v {x} -30 {z}\nv {x} 30 {z}\n")).concat();
