@@ -5,5 +5,6 @@ pub(crate) mod obstacle;
 pub(crate) mod placed_machine;
 pub(crate) mod pose_test;
 pub(crate) mod spun_bodies;
+pub(crate) mod stock_on_way;
 pub(crate) mod widened;
 pub(crate) mod workcell;

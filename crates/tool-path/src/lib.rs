@@ -7,7 +7,8 @@
 //! [`links`] finds the fastest free way from one place to another: its paths
 //! ([`links::link_paths`]), their times ([`links::clock`]), the choice among them
 //! ([`links::choose`]), the order of many ([`links::tour`]). [`segments::pole`] keeps postures off
-//! the pole. [`chips`] computes the section of the chip.
+//! the pole, [`segments::steep_cuts`] ends segments where the tool would go down into stock too
+//! steeply. [`chips`] computes the section of the chip.
 //!
 //! Modules; each imports only those above it:
 //!

@@ -35,8 +35,8 @@ pub enum MoveKind {
     Rapid,
     /// Entry or exit outside the stock, at approach feed.
     Approach,
-    /// Entry or exit with the cutter in the stock at one end at least: at approach feed, but not
-    /// faster than along the pass.
+    /// Entry or exit with the cutter in the stock somewhere: at approach feed, but not faster than
+    /// along the pass.
     Engage,
     /// From one pass to the next with the tool down: at the feed of turns, but not faster than
     /// along the passes.

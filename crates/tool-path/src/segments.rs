@@ -1,6 +1,7 @@
 //! From planned passes to pieces that are cut without lifting, in every place of the pattern.
 
 pub mod pole;
+pub mod steep_cuts;
 
 use std::f64::consts::TAU;
 

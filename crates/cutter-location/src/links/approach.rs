@@ -688,19 +688,26 @@ impl Outward<'_, '_> {
     }
 
     /// Checks that the tool descends, relative to the cutter's bottom, by at most its ramp angle
-    /// where it is in the stock; an exit may do so on a line that follows the surface down.
+    /// where it is in the stock; an exit may do so on a line that follows the surface down. Stock
+    /// between two poses counts: a retract is one long way, free at both ends.
     fn check_ramp(&mut self, at: &PassEndPose<'_>, outward: &[ClPoint]) -> Result<(), Infeasible> {
         let mut inner = at.cl;
         for outer in outward {
             let (from, to) = if at.end == PassEnd::Entry { (outer, inner) } else { (inner, outer) };
             let angle = descent(from, to);
             let steepest = self.test.cell.tool.max_ramp_angle() + RAMP_SLACK;
-            if angle > steepest && self.test.cutter_in_stock(to, self.hints) {
+            if angle > steepest && self.is_in_stock(from, to) {
                 return Err(Infeasible::Ramp { angle });
             }
             inner = outer;
         }
         Ok(())
+    }
+
+    /// Returns whether the cutter is in the stock at the end of a way, or on it.
+    fn is_in_stock(&mut self, from: &ClPoint, to: &ClPoint) -> bool {
+        let (test, step) = (self.test, self.settings.test_step);
+        test.cutter_in_stock(to, self.hints) || test.meets_stock_between(from, to, step, self.hints)
     }
 }
 

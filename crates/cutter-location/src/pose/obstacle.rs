@@ -41,6 +41,11 @@ impl<'a> Obstacle<'a> {
             pieces: None,
         }
     }
+
+    /// Returns whether it is stock, or has stock on it.
+    pub(crate) fn has_stock(&self) -> bool {
+        self.gouge_allowance.is_none_or(|kept| self.collision_allowance > kept)
+    }
 }
 
 /// Mesh of an obstacle, workpiece frame: borrowed or shared.

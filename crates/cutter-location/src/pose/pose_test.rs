@@ -499,16 +499,6 @@ impl<'a> PoseTest<'a> {
         self.cell.tool.cutter().radius()
     }
 
-    /// Returns whether the cutter touches the stock or its support at a pose.
-    pub fn cutter_in_stock(&self, cl: &ClPoint, hints: &mut Hints) -> bool {
-        let work_from_tool = tool_frame(cl);
-        hints.gouge.resize(self.cell.obstacles.len(), None);
-        self.cell.obstacles.iter().zip(&hints.gouge).any(|(obstacle, hint)| {
-            let allowance = obstacle.collision_allowance;
-            !obstacle.mesh.verdict_of_all(&self.cutter, allowance, &work_from_tool, *hint).is_free()
-        })
-    }
-
     /// Returns the distance from the tool tip to the farthest point of the tool assembly, mm.
     pub fn reach(&self) -> f64 {
         let top = |b: &PlacedSolid| {

@@ -184,8 +184,12 @@ impl<'t, 'a> Sequencer<'t, 'a> {
 
     /// Moves to a pose of an entry or exit, with rotary axes as at its cut.
     fn approach(&mut self, cl: &ClPoint, cut: &Cut, moves: &mut Vec<Move>) -> Result<(), PathError> {
-        let comes_from_stock = self.at.is_some_and(|at| self.test.cutter_in_stock(&at.cl, &mut self.hints));
-        let in_stock = comes_from_stock || self.test.cutter_in_stock(cl, &mut self.hints);
+        let (test, step) = (self.test, self.settings.entry.test_step);
+        let is_in_stock = |cl: &ClPoint, hints: &mut Hints| test.cutter_in_stock(cl, hints);
+        let in_stock = is_in_stock(cl, &mut self.hints)
+            || self.at.is_some_and(|at| {
+                is_in_stock(&at.cl, &mut self.hints) || test.meets_stock_between(&at.cl, cl, step, &mut self.hints)
+            });
         let kind = if in_stock { MoveKind::Engage } else { MoveKind::Approach };
         self.go(kind, &Waypoint { cl: *cl, configuration: cut.pose.configuration }, moves)
     }

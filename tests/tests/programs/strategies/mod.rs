@@ -11,6 +11,7 @@ pub(crate) mod left_above;
 mod levels;
 pub(crate) mod paths;
 mod posts;
+mod ramps_into_stock;
 mod roughing;
 pub(crate) mod several_tools;
 pub(crate) mod solution_space;

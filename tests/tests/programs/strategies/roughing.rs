@@ -17,6 +17,8 @@ use facemill_tests::variants::{box_obj, variant, with_long_flute};
 use nalgebra::Point3;
 use serde_json::{Value, json};
 
+use crate::strategies::several_tools::lines_of_findings;
+
 /// Stock on the patch, thickness of its layers and what they leave, mm.
 const STOCK: f64 = 4.0;
 const DEPTH: f64 = 2.0;
@@ -152,6 +154,19 @@ fn layers_take_the_stock_one_by_one_and_no_body_meets_what_is_left() {
     for kind in ["cutter takes too much", "collision of the tool assembly"] {
         assert!(skipped.printed.contains(kind), "{kind}: {}", skipped.printed);
     }
+    // In each pass, which has both layers before it, and more than it may take in some.
+    let text_of_second = text(&job, &program(2));
+    let lines: Vec<&str> = text_of_second.lines().collect();
+    let is_pass = |line: usize| lines[line - 1].starts_with("(PASS ");
+    let begins: Vec<usize> = (1..=lines.len()).filter(|line| is_pass(*line)).chain([lines.len()]).collect();
+    let found = lines_of_findings(&skipped.printed, "stock");
+    for pass in begins.windows(2) {
+        let is_in = |[from, to]: &[usize; 2]| pass[0] < *to && *from < pass[1];
+        assert!(found.iter().any(is_in), "nothing in lines {pass:?}: {}", skipped.printed);
+    }
+    let too_much = lines_of_findings(&skipped.printed, "cutter takes too much");
+    let is_cut = |[from, to]: &[usize; 2]| (*from..=*to).all(|line| !is_pass(line) && !lines[line - 1].contains("G0 "));
+    assert!(!too_much.is_empty() && too_much.iter().all(is_cut), "{too_much:?}: {}", skipped.printed);
 }
 
 /// Asserts that all points that are left behind some programs lie in the bound of the next one's

@@ -6,6 +6,8 @@ use facemill::{Job, Scene, Setup};
 use facemill_tests::commands::{CommandOutput, facemill_in};
 use facemill_tests::golden::CONTROLS;
 use facemill_tests::jobs::JobFolder;
+use facemill_tests::oracles::interpreter::{self, Motion};
+use facemill_tests::oracles::read_back::ReadBack;
 use facemill_tests::program::{code_and_errors, run};
 use facemill_tests::shared::workspace;
 use facemill_tests::variants::{blink_patch, plan};
@@ -348,6 +350,80 @@ fn faults_of_a_tool_change_are_found_at_their_blocks() {
         planned.printed
     );
     assert!(!job.path("own/program.nc").exists());
+}
+
+/// Length of the second mill's neck as planned, and with a holder that is too long, mm.
+const NECKS: [f64; 2] = [22.0, 4.0];
+
+/// Writes the second tool with a neck of a length and a holder of a diameter below its arbor; the
+/// whole of it is always as long.
+fn write_finer(job: &JobFolder, neck: f64, holder: f64) {
+    let flute = job.json("finer.json")["flute_length_mm"].as_f64().expect("a length");
+    let [low, high] = [60.0 + NECKS[0] - neck, 40.0];
+    let section = |length: f64, diameter: f64| json!({ "length_mm": length, "diameter_low_mm": diameter, "diameter_high_mm": diameter });
+    job.set(
+        "finer.json",
+        &[
+            ("/stick_out_mm", json!(flute + neck)),
+            ("/gauge_length_mm", json!(flute + neck + low + high)),
+            ("/body/sections", json!([section(neck, 6.0)])),
+            ("/holder/sections", json!([section(low, holder), section(high, 60.0)])),
+        ],
+    );
+}
+
+/// Returns the first and last lines of findings whose text has some words, by the table that
+/// `verify` prints: a line, or a line and the lines around it as in `180 (167-198, 2 times)`.
+pub(crate) fn lines_of_findings(printed: &str, words: &str) -> Vec<[usize; 2]> {
+    let of = |row: &str| {
+        let place = row.trim_start().split("  ").next().unwrap_or("");
+        let numbers: Vec<usize> =
+            place.split(|c: char| !c.is_ascii_digit()).filter_map(|number| number.parse().ok()).collect();
+        match *numbers {
+            [line] => Some([line; 2]),
+            [_, from, to, ..] => Some([from, to]),
+            _ => None,
+        }
+    };
+    let table = printed.lines().skip_while(|line| !line.trim_start().starts_with("line  "));
+    let is_row = |row: &&str| row.trim_start().starts_with(|c: char| c.is_ascii_digit());
+    table.filter(is_row).filter(|row| row.contains(words)).filter_map(of).collect()
+}
+
+#[test]
+fn a_holder_of_the_second_tool_that_is_too_long_is_found_at_its_blocks() {
+    let job = two_tools("fanuc");
+    write_finer(&job, NECKS[0], 30.0);
+    let planned = facemill_in(&job, &format!("plan job.json --no-html --out {}", job.path("out").display()));
+    assert_eq!(planned.code, 0, "{}{}", planned.printed, planned.errors);
+    assert_eq!(verified(&job, "out/program.nc").code, 0);
+
+    // The same with a holder that is as long, and no thicker than the neck.
+    write_finer(&job, NECKS[1], 6.0);
+    let twin = verified(&job, "out/program.nc");
+    assert_eq!(twin.code, 0, "{}{}", twin.printed, twin.errors);
+
+    write_finer(&job, NECKS[1], 30.0);
+    let faulty = verified(&job, "out/program.nc");
+    let found = lines_of_findings(&faulty.printed, "holder section");
+    assert!(faulty.code == 1 && !found.is_empty(), "{}{}", faulty.printed, faulty.errors);
+    let text = read(&job, "out/program.nc");
+    let lines: Vec<&str> = text.lines().collect();
+    let change = lines.iter().position(|line| line.ends_with("T7 M6")).expect("a tool change") + 1;
+    assert!(found.iter().all(|[first, _]| *first > change), "{found:?} with a change in line {change}");
+
+    // The block in which the holder first comes too near, by distances of its own, in the program
+    // of this tool: the same block is in the whole program behind the change.
+    let own = two_tools("fanuc");
+    own.write("tool.json", read(&job, "finer.json").as_bytes());
+    let (back, of_tool) = (ReadBack::of(&own, 0), read(&job, "out/program-top-2-finer.nc"));
+    let motions = interpreter::run(&of_tool);
+    let is_met = |motion: &&Motion| back.places(motion, 0.2).iter().any(|place| back.room(place, 0.1) < -0.05);
+    let first = motions.iter().find(is_met).expect("a block with the holder in the stock").line;
+    let words = |line: &str| line.split_once(' ').map_or("", |(_, words)| words).to_owned();
+    let block = words(of_tool.lines().nth(first - 1).expect("a line"));
+    let at = change + 1 + lines[change..].iter().position(|line| words(line) == block).expect("the block");
+    assert!(found.iter().any(|[from, to]| (*from..=*to).contains(&at)), "line {at} ({block}) is in none of {found:?}");
 }
 
 #[test]

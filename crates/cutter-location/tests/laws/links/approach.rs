@@ -523,3 +523,54 @@ fn a_bent_line_follows_a_circle_through_the_end_of_the_pass_and_the_arc_goes_on_
         assert!(line.angle(&arc) < 0.02, "no corner between line and arc: {}", line.angle(&arc));
     }
 }
+
+/// Returns whether the flute above the corner is in a ball at a pose: from the cylinder itself.
+fn flute_is_in(tool: &ToolAssembly, cl: &ClPoint, ball: &Ball) -> bool {
+    let cutter = tool.cutter();
+    let way = ball.center - cl.tip;
+    let height = way.dot(&cl.axis);
+    let beyond = (way - cl.axis.into_inner() * height).norm() - cutter.radius();
+    let above = (height - cutter.flute_length()).max(cutter.corner_radius() - height);
+    beyond.max(0.0).hypot(above.max(0.0)) < ball.radius - ball.chord_error()
+}
+
+#[test]
+fn an_entry_does_not_plunge_through_stock_between_two_free_places() {
+    let tree = MeshTree::new(&plane(600.0));
+    let machine = machine();
+    let tool = tool(25.0, 2.0, 20.0);
+    let cc = cc_on_plane(0.0, 0.0);
+    let cl = cl_from_cc(tool.cutter(), &cc, posture_deg(0.0, 0.0));
+    let mut random = Random(22);
+    let (mut plunging, mut taken) = (0, 0);
+    for _ in 0..40 {
+        // Stock beside the tool's body, above the flute: free below it, and free far above it.
+        let (angle, height) = (random.between(0.0, std::f64::consts::TAU), random.between(23.0, 34.0));
+        let center = cl.tip + Vector3::new(22.5 * angle.cos(), 22.5 * angle.sin(), height);
+        let ball = Ball { center, radius: random.between(0.3, 1.5) };
+        let ball_tree = MeshTree::new(&ball.mesh());
+        let stock = Obstacle { gouge_allowance: None, ..obstacle("stock", &ball_tree) };
+        let cell = workcell(&machine, &tool, vec![with_stock(&tree, 0.0), stock]);
+        let [low, high] = [0.0, 80.0].map(|up| cl.translated(Vector3::z() * up));
+        assert!([low, high].iter().all(|end| !flute_is_in(&tool, end, &ball)));
+        let arc = ApproachShape::TangentialArc { radius: 1.0, angle: 0.1 };
+        match approach_from(&cell, arc, PassEnd::Entry, &cc, &cl) {
+            Ok(found) => {
+                let mut inner = cl;
+                for outer in &found.outward {
+                    let at = |k: u32| outer.translated((inner.tip - outer.tip) * (f64::from(k) / 1_000.0));
+                    let is_cut = (0..=1_000).any(|k| flute_is_in(&tool, &at(k), &ball));
+                    assert!(!is_cut || ramp(outer, &inner) <= tool.max_ramp_angle() + 1.1e-3, "{ball:?}");
+                    inner = *outer;
+                }
+                taken += 1;
+            }
+            Err(Infeasible::Ramp { angle }) => {
+                assert!(angle > 89_f64.to_radians(), "{angle}");
+                plunging += 1;
+            }
+            Err(why) => panic!("{why:?}"),
+        }
+    }
+    assert!(plunging >= 10, "{plunging} plunge, {taken} do not");
+}
