@@ -15,6 +15,8 @@ use crate::strategy::settings::LaySettings;
 struct Cell {
     /// Lowest level of the region in it.
     low: f64,
+    /// Highest level of the region in it.
+    high: f64,
     /// Largest step of level that is allowed on it.
     limit: f64,
     /// The same before width and slope were raised to their smallest values.
@@ -24,12 +26,18 @@ struct Cell {
 }
 
 impl Cell {
-    const EMPTY: Self =
-        Self { low: f64::INFINITY, limit: f64::INFINITY, requested: f64::INFINITY, slope: f64::INFINITY };
+    const EMPTY: Self = Self {
+        low: f64::INFINITY,
+        high: f64::NEG_INFINITY,
+        limit: f64::INFINITY,
+        requested: f64::INFINITY,
+        slope: f64::INFINITY,
+    };
 
     fn least(&self, other: &Self) -> Self {
         Self {
             low: self.low.min(other.low),
+            high: self.high.max(other.high),
             limit: self.limit.min(other.limit),
             requested: self.requested.min(other.requested),
             slope: self.slope.min(other.slope),
@@ -197,8 +205,9 @@ impl Columns {
         for k in from..=to {
             let bounds = [k, k + 1].map(|k| self.first + self.step * k as f64);
             let cell = &mut self.cells[i * self.n_levels + k];
-            let low = low.max(bounds[0]);
-            *cell = cell.least(&Cell { low, limit: band.limit, requested: band.requested, slope: band.slope * share });
+            let (low, high) = (low.max(bounds[0]), high.min(bounds[1]));
+            let (limit, requested, slope) = (band.limit, band.requested, band.slope * share);
+            *cell = cell.least(&Cell { low, high, limit, requested, slope });
             let area = if from == to { polygon.area() } else { polygon.clip(1, bounds).area() };
             self.work[i * (self.n_levels + 1) + k + 1] += stretch * area / band.limit;
             self.lengths[i * self.n_levels + k] += stretch * area / self.step;
@@ -337,16 +346,32 @@ impl Columns {
         [lower, upper]
     }
 
-    /// Highest level above `level` so that no cell that the step reaches into forbids it.
+    /// Highest level above `level` so that no cell that the step reaches into forbids it, and no
+    /// place before a gap of the column is farther than half a strip from the pass at `level`.
     fn march(&self, i: usize, level: f64, factor: f64) -> f64 {
         let column = &self.cells[i * self.n_levels..(i + 1) * self.n_levels];
-        let mut reach = f64::INFINITY;
+        let (mut reach, mut narrowest) = (f64::INFINITY, f64::INFINITY);
+        let mut top: Option<f64> = None;
+        let is_inside = self.borders[i].as_ref().is_some_and(|border| border.outer[0] < level);
         let from = if level < self.first { 0 } else { self.level_index(level) };
-        for (k, cell) in column.iter().enumerate().skip(from) {
-            if cell.low.max(self.first + self.step * k as f64) >= reach {
+        // Where the column has a gap, what is behind it still forbids.
+        for (k, cell) in column.iter().enumerate().skip(from).filter(|(_, cell)| cell.low.is_finite()) {
+            let low = cell.low.max(self.first + self.step * k as f64);
+            let before_gap = top.filter(|top| low > top + self.inset() && *top < reach);
+            if let Some(top) = before_gap.filter(|top| top - level > 0.5 * narrowest) {
+                return top;
+            }
+            if low >= reach {
                 break;
             }
-            reach = reach.min(cell.low.max(level + cell.limit * factor));
+            let may_reach = match top {
+                // A front in a gap cuts nothing: the next serves all behind the gap.
+                None if is_inside && low > level + self.inset() => low + 0.5 * cell.limit * factor,
+                _ => cell.low.max(level + cell.limit * factor),
+            };
+            reach = reach.min(may_reach);
+            narrowest = narrowest.min(cell.limit * factor);
+            top = Some(cell.high);
         }
         reach
     }

@@ -58,6 +58,30 @@ fn narrow_strips_at_an_edge_get_partial_passes_and_the_rest_wide_ones() {
 }
 
 #[test]
+fn plates_behind_one_another_are_covered_whole() {
+    // Two plates with a gap across the passes, wider than a strip, and a narrow edge.
+    let plate = |from: f64, to: f64| grid(40, 12, |u, v| Point3::new(200.0 * u, from + (to - from) * v, 0.0));
+    let ranges = [(0.0, 50.0), (70.0, 120.0)];
+    let s = surface(plate(0.0, 50.0).joined(&plate(70.0, 120.0)));
+    let mut rng = Random(4);
+    let places: Vec<_> = (0..3000)
+        .map(|k| {
+            let (from, to) = ranges[k % 2];
+            Point3::new(200.0 * rng.unit(), from + (to - from) * rng.unit(), 0.0)
+        })
+        .collect();
+    for narrow in [2.5, 8.0] {
+        let at = move |p: &Point3<f64>| if p.x < 20.0 { narrow } else { 8.0 };
+        for order in [LevelOrder::Increasing, LevelOrder::Decreasing] {
+            let settings = LaySettings { order, ..filled() };
+            let layout = lay_by(&s, &planes(Vector3::y_axis()), &settings, &|cc| at(&cc.position));
+            let worst = worst_reach(&layout, &places, at);
+            assert!(worst < 1.02, "{narrow}, {order:?}: {worst}");
+        }
+    }
+}
+
+#[test]
 fn passes_of_even_width_stay_levels() {
     let s = surface(skewed(0.0));
     let strategy = planes(Vector3::y_axis());
