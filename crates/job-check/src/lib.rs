@@ -1,9 +1,9 @@
 //! Checks of a job before it is planned, and new jobs that are checked for a machine.
 //!
 //! [`describe_setup`] reads a setup, lays its passes and says in lines what each operation does
-//! with which tool on which stock; it refuses parts of an implausible size, mountings that the machine
-//! does not reach and templates that the control cannot read. [`machine_check`] describes machines.
-//! [`new_job_for`] mounts a sample job where another machine reaches it.
+//! with which tool on which stock; it refuses parts of an implausible size, mountings that the
+//! machine does not reach and templates that the control cannot read. [`machine_check`] describes
+//! machines. [`new_job_for`] mounts a sample job where another machine reaches it.
 //!
 //! Modules, each of which imports those above it alone:
 //!

@@ -27,7 +27,7 @@ pub struct VerificationFile {
     pub program: ProgramStamp,
     /// Files of subprograms whose calls were expanded, in the order of their first calls; empty
     /// without. Lines count on from file to file, the program first: each says where it begins.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub called_files: Vec<CalledFile>,
     /// Control that the program was read for.
     pub dialect: String,

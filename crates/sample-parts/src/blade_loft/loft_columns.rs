@@ -36,6 +36,11 @@ pub(crate) struct LoftEnds {
     pub(crate) sector: Option<HubSector>,
 }
 
+/// Share of the span up to which a section that goes through a wall was meant to lie on it: points
+/// of sections and walls are given to about as many digits. Cut there, the surface would end in
+/// slivers with a kink.
+const NEAR_WALL: f64 = 2e-4;
+
 /// Names of the walls.
 const WALLS: [&str; 2] = ["hub", "shroud"];
 
@@ -57,12 +62,12 @@ impl LoftEnds {
             let wall = RevolvedWall::new(WALLS[end], &given.axis, curve, &points[1])?;
             let heights = || points[2 * end].iter().map(|p| wall.height(p));
             let [low, high] = [heights().fold(f64::INFINITY, f64::min), heights().fold(f64::NEG_INFINITY, f64::max)];
-            ends.kinds[end] = if low < -tolerance {
+            ends.kinds[end] = if low < -tolerance.max(NEAR_WALL * last) {
                 LoftEnd::Wall
-            } else if high <= tolerance {
+            } else if low.abs().max(high) <= tolerance {
                 LoftEnd::SectionOnWall
             } else {
-                LoftEnd::SectionBeforeWall { gap_mm: high }
+                LoftEnd::SectionBeforeWall { gap_mm: low.abs().max(high) }
             };
             ends.walls[end] = Some(wall);
         }

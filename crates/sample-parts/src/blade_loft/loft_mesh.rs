@@ -92,6 +92,14 @@ struct Divisions {
     hub: usize,
 }
 
+/// Largest distances of the surface from the facets of the sides, by what they depend on, mm.
+struct Chords {
+    /// Between two sections: of edges along columns, and of those that lead on over rows.
+    spans: Vec<f64>,
+    /// Between two columns of points: of edges across.
+    gaps: Vec<f64>,
+}
+
 /// A vertex of a column: its row, its place on the span.
 #[derive(Clone, Copy)]
 struct ColumnVertex {
@@ -122,7 +130,8 @@ impl BladeLoft {
     /// The blade from hub to shroud as a mesh, as [`Self::mesh`]: where its surface goes through a
     /// wall it is cut there, and root and tip are facets on the walls within the tolerance. Every
     /// point of the sections between the walls is a vertex. A section that is on the wall within
-    /// the tolerance, or ends before it, stays the blade's end ([`LoftedBlade::ends`]).
+    /// the tolerance, goes through it by less than 2e-4 of the span, or ends before it, stays the
+    /// blade's end ([`LoftedBlade::ends`]).
     ///
     /// # Errors
     /// As [`Self::mesh`], and if a wall is no surface of revolution, the blade reaches it at some
@@ -152,12 +161,23 @@ impl BladeLoft {
             if rows.saturating_add(across).saturating_mul(columns).saturating_add(beside) > MOST_VERTICES {
                 break;
             }
-            let made = self.divided(&divisions, &ends, chord_tolerance)?;
+            let (made, chords) = self.divided(&divisions, &ends, chord_tolerance)?;
             if made.chord_mm <= chord_tolerance {
                 return Ok(made);
             }
-            for parts in divisions.spans.iter_mut().chain(&mut divisions.gaps).chain([&mut divisions.hub]) {
-                *parts += parts.div_ceil(3);
+            // Only what is too coarse gets finer; on walls and hub there is no telling by what.
+            let is_on_sides = chords.spans.iter().chain(&chords.gaps).any(|chord| *chord > chord_tolerance);
+            let finer = |parts: &mut [usize], chords: &[f64]| {
+                for (parts, chord) in parts.iter_mut().zip(chords) {
+                    if *chord > chord_tolerance || !is_on_sides {
+                        *parts += parts.div_ceil(3);
+                    }
+                }
+            };
+            finer(&mut divisions.spans, &chords.spans);
+            finer(&mut divisions.gaps, &chords.gaps);
+            if !is_on_sides {
+                divisions.hub += divisions.hub.div_ceil(3);
             }
         }
         Err(too_fine())
@@ -185,7 +205,12 @@ impl BladeLoft {
         Divisions { spans, gaps, hub: FIRST_HUB_PARTS }
     }
 
-    fn divided(&self, divisions: &Divisions, ends: &LoftEnds, tolerance: f64) -> Result<LoftedBlade, LoftError> {
+    fn divided(
+        &self,
+        divisions: &Divisions,
+        ends: &LoftEnds,
+        tolerance: f64,
+    ) -> Result<(LoftedBlade, Chords), LoftError> {
         // Each second place is one between columns, to measure at.
         let places = halved(&divisions.gaps);
         let curves = self.section_curves();
@@ -218,11 +243,12 @@ impl BladeLoft {
             chains.push(chain);
         }
         let n = chains.len();
+        let mut chords = Chords { spans: vec![0.0; divisions.spans.len()], gaps: vec![0.0; divisions.gaps.len()] };
         for k in 0..n {
             let strip = [&chains[k], &chains[(k + 1) % n]];
             let group = self.groups[places[2 * k].0];
             let around = [&columns[2 * k], &columns[2 * k + 1], &columns[(2 * k + 2) % (2 * n)]];
-            let chord = self.fill_strip(&mut mesh, group, strip, around);
+            let chord = self.fill_strip(&mut mesh, (group, places[2 * k].0), (strip, around), &mut chords);
             made.chord = made.chord.max(chord);
         }
         let row = |place: fn(&Vec<ColumnVertex>) -> Option<&ColumnVertex>| -> Vec<u32> {
@@ -250,7 +276,8 @@ impl BladeLoft {
         }
         let MeshInWork { normals, coordinates, chord } = made;
         let mesh = mesh.build();
-        Ok(LoftedBlade { mesh, normals, normals_before, coordinates, chord_mm: chord, ends: ends.kinds })
+        let made = LoftedBlade { mesh, normals, normals_before, coordinates, chord_mm: chord, ends: ends.kinds };
+        Ok((made, chords))
     }
 
     /// Column at a corner with the derivatives of the side before it; none at other places.
@@ -296,13 +323,13 @@ impl BladeLoft {
     }
 
     /// Fills the strip between two columns, and returns how far the surface is from its facets.
-    /// `columns` are the first, the one in the middle and the next one.
+    /// `columns` are the first, the one in the middle and the next one, of the gap between points.
     fn fill_strip(
         &self,
         mesh: &mut GroupedMesh,
-        group: usize,
-        chains: [&Vec<ColumnVertex>; 2],
-        columns: [&LoftColumn; 3],
+        (group, gap): (usize, usize),
+        (chains, columns): ([&Vec<ColumnVertex>; 2], [&LoftColumn; 3]),
+        chords: &mut Chords,
     ) -> f64 {
         let mut chord = 0.0_f64;
         // Corners by chain and place in it.
@@ -311,13 +338,19 @@ impl BladeLoft {
             mesh.triangle(group, if self.is_counter_clockwise { ids } else { [ids[0], ids[2], ids[1]] });
             let facet = ids.map(|v| mesh.point(v));
             let ats = corners.map(|[side, k]| chains[side][k].at);
-            let mut measure = |column: &LoftColumn, at: f64| {
-                chord = chord.max(off_plane(&column.point(&self.span, at), &facet));
-            };
             for k in 0..3 {
-                let [[a, _], [b, _]] = [corners[k], corners[(k + 1) % 3]];
+                let [[a, i], [b, j]] = [corners[k], corners[(k + 1) % 3]];
                 let column = if a != b { columns[1] } else { columns[2 * a] };
-                measure(column, 0.5 * (ats[k] + ats[(k + 1) % 3]));
+                let at = 0.5 * (ats[k] + ats[(k + 1) % 3]);
+                let off = off_plane(&column.point(&self.span, at), &facet);
+                chord = chord.max(off);
+                if a != b {
+                    chords.gaps[gap] = chords.gaps[gap].max(off);
+                }
+                if chains[a][i].row != chains[b][j].row {
+                    let span = self.span.partition_point(|s| *s <= at).clamp(1, self.span.len() - 1) - 1;
+                    chords.spans[span] = chords.spans[span].max(off);
+                }
             }
         };
         let (mut i, mut j) = (0, 0);

@@ -327,7 +327,10 @@ fn walls_that_fit_no_blade_are_refused() {
     assert!(matches!(refused(&|w| w.hub = w.shroud.clone()), LoftError::HubNotReached { .. }));
     assert!(matches!(
         refused(&|w| w.axis = Unit::new_normalize(Vector3::new(1.0, 0.0, 0.0))),
-        LoftError::WrongWall { .. } | LoftError::WallsCross { .. } | LoftError::BeforeWall { .. }
+        LoftError::WrongWall { .. }
+            | LoftError::WallsCross { .. }
+            | LoftError::BeforeWall { .. }
+            | LoftError::HubNotReached { .. }
     ));
     // A steep cone that meets one edge alone.
     let behind = 0.6 * given.blade.sections.iter().flatten().map(|p| p.z).fold(0.0, f64::max);
@@ -406,6 +409,24 @@ fn an_impellers_blade_is_between_its_walls() {
         let bend = p.z.hypot(100.0 - p.x.hypot(p.y));
         // Polylines in place of the arcs are off them by 0.01 mm.
         assert!((shroud - 0.02..hub + 0.02).contains(&bend), "{bend}");
+    }
+}
+
+#[test]
+fn samples_take_as_many_vertices_at_a_larger_scale() {
+    for name in ["rotor37/BladeGen.inf", "hannover_rotor1/1_Rotor1_Blade.inf"] {
+        let Some((file, given)) = kit::shared_blade(name) else { continue };
+        let n_vertices = |scale: f64| {
+            let scaled = |points: &[Point3<f64>]| points.iter().map(|p| p * scale).collect::<Vec<_>>();
+            let sections = given.sections.iter().map(|section| scaled(section)).collect();
+            let loft = BladeLoft::new(&BladeSections { sections, ..given.clone() }, |p| file.downstream(p)).unwrap();
+            let axis = Unit::new_normalize(file.axis.direction());
+            let walls = Endwalls { axis, hub: scaled(&file.hub), shroud: scaled(&file.shroud), hub_sector: None };
+            loft.mesh_between(&walls, 0.02).unwrap().mesh.vertices().len()
+        };
+        // Chords grow with the scale, and the divisions with their root in both directions.
+        let [one, eight] = [1.0, 8.0].map(n_vertices);
+        assert!(eight < 12 * one, "{name}: {one}, {eight}");
     }
 }
 
