@@ -34,8 +34,6 @@ fn seeds_groups_and_levels_that_lead_nowhere_are_refused_with_a_remedy() {
     refused(json!({ "constant_scallop": { "seed": seed } }), &["cylinder of radius 900 mm", "move the seed"]);
     let seed = json!({ "points_mm": [[-10, 0, 30], [10, 0, 30]] });
     refused(json!({ "constant_scallop": { "seed": seed } }), &["seed, point 0", "check frame and unit"]);
-    // The whole patch is one group: it has no border with another.
-    refused(json!({ "constant_scallop": { "seed": { "group_border": "patch" } } }), &["patch", "border"]);
     refused(json!({ "constant_scallop": { "seed": { "group_border": "hub" } } }), &["hub"]);
     let levels = json!({ "parallel_planes": { "normal": [0, 1, 0], "from_mm": -4, "to_mm": 4 } });
     refused(json!({ "spiral": levels }), &["closed curve", "bound the levels"]);
