@@ -178,7 +178,8 @@ def test_verify_expands_called_subprograms(tmp_path: Path) -> None:
         called = facemill.verify(main, job, files=files, subprograms=given)
         assert called.is_clean, called.findings
         values = called.to_dict()
-        assert values["times"] == flat["times"] and values["verification"] == flat["verification"]
+        for key in ["times", "n_blocks", "cutting_length_mm", "findings"]:
+            assert values[key] == flat[key], key
         [file] = called.called_files
         assert file["file"].lower() == "o2999.nc" and file["first_line"] == len(main.splitlines()) + 1
     # A subprogram in the text of the program needs no file: one that calls goes before the end.
