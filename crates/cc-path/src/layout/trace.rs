@@ -42,6 +42,8 @@ struct LoneCorner {
     is_above: bool,
     /// The value of the set there.
     value: f64,
+    /// Shares of both sides from there at which the piece begins and ends.
+    shares: [f64; 2],
 }
 
 /// The curves of a level set.
@@ -224,7 +226,7 @@ impl<'a> Curve<'a> {
         let lone = if self.set.is_linear() {
             Vec::new()
         } else {
-            self.triangles.iter().map(|&t| self.lone_corner(t)).collect()
+            (0..self.triangles.len()).map(|k| self.lone_corner(k)).collect()
         };
         self.lone = lone;
         self.bulges = (0..self.triangles.len()).map(|k| self.bulge(k)).collect();
@@ -283,30 +285,30 @@ impl<'a> Curve<'a> {
         TracePoint { way, piece, position, normal: self.patch.normal(self.triangles[piece], &position) }
     }
 
-    fn lone_corner(&self, triangle: u32) -> LoneCorner {
-        let v = self.patch.mesh.triangles()[triangle as usize];
-        let values = v.map(|v| self.set.value(&self.patch.mesh.vertices()[v as usize]));
+    fn lone_corner(&self, piece: usize) -> LoneCorner {
+        let corners = self.patch.mesh.corners(self.triangles[piece] as usize);
+        let values = corners.map(|corner| self.set.value(&corner));
         let above = values.map(|value| value >= self.set.level());
         let index = (0..3).find(|&k| above[k] != above[(k + 1) % 3] && above[k] != above[(k + 2) % 3]).unwrap_or(0);
-        LoneCorner { index: index as u8, is_above: above[index], value: values[index] }
+        let (is_above, value) = (above[index], values[index]);
+        let [lone, first, last] = in_order(corners, index, is_above);
+        let share = |p: &Point3<f64>, end: &Point3<f64>| (p - lone).norm() / (end - lone).norm();
+        let shares = [share(&self.nodes[piece], &first), share(&self.nodes[piece + 1], &last)];
+        LoneCorner { index: index as u8, is_above, value, shares }
     }
 
     fn inside(&self, piece: usize, fraction: f64) -> Point3<f64> {
-        let (from, to) = (self.nodes[piece], self.nodes[piece + 1]);
         if self.set.is_linear() {
+            let (from, to) = (self.nodes[piece], self.nodes[piece + 1]);
             return from + (to - from) * fraction;
         }
         // Two corners lie on one side of the level, the lone one on the other, and every line from
         // the lone corner to the side across crosses the level once. The line is the one through
         // the point of the chord.
-        let LoneCorner { index, is_above, value } = self.lone[piece];
-        let v = self.patch.mesh.triangles()[self.triangles[piece] as usize];
-        let corner = |k: usize| self.patch.mesh.vertices()[v[(usize::from(index) + k) % 3] as usize];
-        // The higher levels are on the left.
-        let (lone, first, last) =
-            if is_above { (corner(0), corner(1), corner(2)) } else { (corner(0), corner(2), corner(1)) };
-        let share = |p: &Point3<f64>, end: &Point3<f64>| (p - lone).norm() / (end - lone).norm();
-        let (at_first, at_last) = ((1.0 - fraction) * share(&from, &first), fraction * share(&to, &last));
+        let LoneCorner { index, is_above, value, shares } = self.lone[piece];
+        let corners = self.patch.mesh.corners(self.triangles[piece] as usize);
+        let [lone, first, last] = in_order(corners, usize::from(index), is_above);
+        let (at_first, at_last) = ((1.0 - fraction) * shares[0], fraction * shares[1]);
         let foot = first + (last - first) * (at_last / (at_first + at_last));
         let at_foot = self.set.value(&foot);
         if (at_foot >= self.set.level()) != is_above {
@@ -364,4 +366,11 @@ impl<'a> Curve<'a> {
         };
         (a.piece..=b.piece).map(bulge).fold(0.0, f64::max)
     }
+}
+
+/// The lone corner of a triangle, and both others, from the side that the curve enters by to the
+/// one that it leaves by: the higher levels are on its left.
+fn in_order(corners: [Point3<f64>; 3], lone: usize, is_above: bool) -> [Point3<f64>; 3] {
+    let [next, last] = [corners[(lone + 1) % 3], corners[(lone + 2) % 3]];
+    if is_above { [corners[lone], next, last] } else { [corners[lone], last, next] }
 }

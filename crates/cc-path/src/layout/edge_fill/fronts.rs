@@ -34,6 +34,9 @@ const BEND: f64 = 8.0;
 /// Ends of partial passes that are compared, evenly spread along the passes.
 const ENDS: usize = 16;
 
+/// Candidates that are too few for a thread of their own.
+const FEW: usize = 4;
+
 /// Fronts in the order of cutting, and the length that they take with the cost of each pass, mm.
 pub(crate) struct FrontPlan {
     pub(crate) fronts: Vec<Front>,
@@ -117,7 +120,7 @@ struct Covered {
 impl Planner<'_> {
     fn run(&self, most: usize) -> Option<FrontPlan> {
         let first = self.first_front();
-        let mut covered = self.covered(first.levels.clone(), None);
+        let mut covered = self.covered(first.levels.clone(), &[]);
         let length = self.length(&covered.means, first.span);
         if length <= 0.0 {
             // The region is thinner than its lower border is uneven.
@@ -128,7 +131,7 @@ impl Planner<'_> {
         // Since the last pass that went all along.
         let mut cycle = Sum::default();
         while let Some(next) = self.next(&covered, &cycle) {
-            let reached = self.after(&next.front, &covered);
+            let reached = self.after(&next.front, &covered, None);
             // A step lost in rounding would never end.
             if fronts.len() >= most || reached.levels == covered.levels {
                 return None;
@@ -161,11 +164,13 @@ impl Planner<'_> {
         j.saturating_sub(2)..(j + 1).min(self.columns.row.n)
     }
 
-    /// Completes covered levels; what others have in common with them is taken from there.
-    fn covered(&self, levels: Vec<f64>, others: Option<&Covered>) -> Covered {
-        let target = |j: usize| match others {
-            Some(others) if others.levels[j] == levels[j] => others.targets[j],
-            _ => self.support(j).map(|i| self.columns.reach(i, levels[j], self.factor)).fold(f64::INFINITY, f64::min),
+    /// Completes covered levels; what `others` have in common with them is taken from there.
+    fn covered(&self, levels: Vec<f64>, others: &[&Covered]) -> Covered {
+        let target = |j: usize| match others.iter().find(|other| other.levels[j] == levels[j]) {
+            Some(other) => other.targets[j],
+            None => {
+                self.support(j).map(|i| self.columns.reach(i, levels[j], self.factor)).fold(f64::INFINITY, f64::min)
+            }
         };
         let targets = (0..levels.len()).map(target).collect();
         let means = means(&levels);
@@ -173,15 +178,17 @@ impl Planner<'_> {
         Covered { levels, targets, means, steps }
     }
 
-    /// Covers levels up to those of a front, where all columns that they have a say on are cut.
-    fn after(&self, front: &Front, covered: &Covered) -> Covered {
+    /// Covers levels up to those of a front, where all columns that they have a say on are cut;
+    /// `other` has some of them, too.
+    fn after(&self, front: &Front, covered: &Covered, other: Option<&Covered>) -> Covered {
         let n = self.columns.row.n;
         let cut = |j: usize| {
             let (from, to) = (j.saturating_sub(2), j.min(n - 1));
             front.span[0] <= from && to <= front.span[1]
         };
         let level = |(j, level): (usize, &f64)| if cut(j) { level.max(front.levels[j]) } else { *level };
-        self.covered(covered.levels.iter().enumerate().map(level).collect(), Some(covered))
+        let levels = covered.levels.iter().enumerate().map(level).collect();
+        self.covered(levels, &[covered, other.unwrap_or(covered)])
     }
 
     /// The next pass, after those since the last that went all along; `None` when all is covered.
@@ -192,17 +199,26 @@ impl Planner<'_> {
         let full = self.candidate(covered, &covered.targets, None)?;
         let alone = cycle.and(&full).rate();
         let sides = [0, 1].map(|side| self.partials(covered, &full, side));
+        // Away from where they join, partial passes are as the full one.
+        let after_full = self.after(&full.front, covered, None);
+        let after = |covered: &Covered, partial: &Candidate| self.after(&partial.front, covered, Some(&after_full));
+        let rate = |covered: &Covered, cycle: &Sum, partial: &Candidate| {
+            let covered = after(covered, partial);
+            let full = self.candidate(&covered, &covered.targets, None)?;
+            Some(cycle.and(partial).and(&full).rate())
+        };
         let of_side = |side: usize| {
-            let rates: Vec<Option<f64>> = sides[side].par_iter().map(|p| self.rate(covered, cycle, p)).collect();
+            let rates: Vec<Option<f64>> =
+                sides[side].par_iter().with_min_len(FEW).map(|p| rate(covered, cycle, p)).collect();
             best(rates.into_iter().zip(&sides[side]))
         };
         let [left, right] = [of_side(0), of_side(1)];
         // A pass that both ends hold back gains nothing from one partial pass.
         let both = left.and_then(|(_, left)| {
-            let (covered, cycle) = (self.after(&left.front, covered), cycle.and(left));
+            let (covered, cycle) = (after(covered, left), cycle.and(left));
             let apart = |right: &Candidate| right.front.span[0] > left.front.span[1];
-            let rate = |right: &Candidate| apart(right).then(|| self.rate(&covered, &cycle, right)).flatten();
-            let rates: Vec<Option<f64>> = sides[1].par_iter().map(rate).collect();
+            let of_both = |right: &Candidate| apart(right).then(|| rate(&covered, &cycle, right)).flatten();
+            let rates: Vec<Option<f64>> = sides[1].par_iter().with_min_len(FEW).map(of_both).collect();
             best(rates.into_iter().map(|rate| (rate, left)))
         });
         // It has to gain more than rounding and the grain of the columns.
@@ -221,16 +237,8 @@ impl Planner<'_> {
         let holds = |i: &usize| self.columns.holds(*i, full.front.mean(*i));
         let (Some(from), Some(last)) = ((0..n).find(holds), (0..n).rfind(holds)) else { return Vec::new() };
         let beyond = if side == 0 { from } else { n - 1 - last };
-        let reaches = (1..ENDS).into_par_iter().map(|k| beyond + (last + 1 - from) * k / ENDS + 1);
+        let reaches = (1..ENDS).into_par_iter().with_min_len(FEW).map(|k| beyond + (last + 1 - from) * k / ENDS + 1);
         reaches.filter_map(|reach| self.partial(covered, side, reach)).collect()
-    }
-
-    /// Work per length and cost of a partial pass, the full pass after it, and the passes of the
-    /// cycle before.
-    fn rate(&self, covered: &Covered, cycle: &Sum, partial: &Candidate) -> Option<f64> {
-        let covered = self.after(&partial.front, covered);
-        let full = self.candidate(&covered, &covered.targets, None)?;
-        Some(cycle.and(partial).and(&full).rate())
     }
 
     /// The partial pass from an end of the region over so many coefficients, joined to the passes
@@ -299,8 +307,23 @@ impl Planner<'_> {
         let n = targets.len();
         let rises: Vec<f64> = (1..n).rev().chain(0..n).map(rise).collect();
         let mut levels = vec![f64::INFINITY; n];
+        let running_most = |most: &mut f64, target: &f64| {
+            *most = most.max(*target);
+            Some(*most)
+        };
+        let most_before: Vec<f64> = targets.iter().scan(f64::NEG_INFINITY, running_most).collect();
+        let mut most_behind: Vec<f64> = targets.iter().rev().scan(f64::NEG_INFINITY, running_most).collect();
+        most_behind.reverse();
         for (i, target) in targets.iter().enumerate().filter(|(_, target)| target.is_finite()) {
-            for (level, rise) in levels.iter_mut().zip(&rises[n - 1 - i..]) {
+            // Farther away it is above all targets.
+            let has_say = |d: usize, most: Option<&f64>| most.is_some_and(|most| target + rises[n - 1 + d] < *most);
+            let behind = (1..).map(|k| k * BLOCK).find(|&d| !has_say(d, most_behind.get(i + d))).unwrap_or(n);
+            let before = (1..)
+                .map(|k| k * BLOCK)
+                .find(|&d| !has_say(d, i.checked_sub(d).and_then(|j| most_before.get(j))))
+                .unwrap_or(n);
+            let (from, to) = (i.saturating_sub(before), (i + behind).min(n));
+            for (level, rise) in levels[from..to].iter_mut().zip(&rises[n - 1 + from - i..]) {
                 let risen = target + rise;
                 // Comparisons without NaN, so that several are done at once.
                 *level = if risen < *level { risen } else { *level };
@@ -327,6 +350,9 @@ fn best<'a>(rated: impl Iterator<Item = (Option<f64>, &'a Candidate)>) -> Option
 fn means(levels: &[f64]) -> Vec<f64> {
     levels.windows(3).map(mean).collect()
 }
+
+/// Coefficients over which a target is followed at once.
+const BLOCK: usize = 8;
 
 /// Rounds of smoothing of crests; each takes them off over one column more.
 const CREST_ROUNDS: usize = 6;
