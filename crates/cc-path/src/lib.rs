@@ -93,6 +93,7 @@ mod strategy;
 mod test_kit;
 
 pub use crate::error::{PathError, Remedy};
+pub use crate::layout::field::possible_flows::{PossibleFlow, possible_flows};
 pub use crate::layout::generate_passes::{LaidPass, PassLayout, lay_passes};
 pub use crate::layout::offset::rolling_ball::CornerRest;
 pub use crate::left_region::{LeftIsland, LeftRegion, StockHeight, StripPoint};

@@ -4,12 +4,9 @@ use facemill_cc_path::files::ParallelPlanesFile;
 use facemill_cl_data::{CcPoint, ClPoint};
 use facemill_cutter_location::cusp::expected_posture;
 use facemill_inverse_kinematics::{AxisKind, AxisValues, BranchPreference};
-use facemill_job::failure::Failure;
-use facemill_job::format::job_file::{OperationFile, PathFile};
+use facemill_job::format::job_file::OperationFile;
 use facemill_job::load::job::{Job, Setup};
 use facemill_job::setup::pass_surface::{extended_region, surface_of};
-use facemill_job::setup::path::lay_operation;
-use facemill_job::validate::setup_chain::is_after_others;
 use facemill_surface_model::CurvatureTensor;
 use facemill_tool_model::cl_from_cc;
 use facemill_tool_path::segments::LaidTask;
@@ -51,42 +48,30 @@ const WORTH: f64 = 0.02;
 /// Estimated time over the feed's of a point that the machine does not reach.
 const UNREACHED: f64 = 10.0;
 
-/// Returns the parallel planes of each operation of a job; none where it has a path file, or its
-/// normals cancel.
-pub(crate) fn planes_of_operations(job: &Job) -> Result<Vec<Vec<DirectedPlanes>>, Failure> {
-    let mut found = vec![Vec::new(); job.file.operations.len()];
-    for index in 0..job.file.setups.len() {
-        let job = job.for_setup(index);
-        for (k, operation) in job.operations_of(&job.file.setups[index]) {
-            // Where the programs before leave material is known once they are planned.
-            if matches!(operation.path, PathFile::Strategy(_)) && !is_after_others(operation) {
-                let seen = job.seen_by(operation.head.saturating_sub(1) as usize, 0.0);
-                let setup = Setup::read(&seen, index)?;
-                let tasks = lay_operation(&seen, &setup, k, operation)?.tasks;
-                let points: Vec<CcPoint> = tasks.iter().flat_map(|t| t.pass.points.iter().copied()).collect();
-                let Some(extent) = Extent::of(&points) else { continue };
-                found[k].extend(extent.planes());
-                let motion = RotaryMotion { job: &seen, setup: &setup, operation };
-                found[k].extend(motion.calm_planes(&extent, &tasks));
-            }
-        }
-    }
-    Ok(found)
+/// Returns the parallel planes of an operation by the points laid for it, whose middle extent is
+/// `extent`.
+pub(crate) fn directed_planes(
+    (job, setup): (&Job, &Setup<'_>),
+    operation: &OperationFile,
+    (extent, tasks): (&Extent, &[LaidTask]),
+) -> Vec<DirectedPlanes> {
+    let motion = RotaryMotion { job, setup, operation };
+    extent.planes().into_iter().chain(motion.calm_planes(extent, tasks)).collect()
 }
 
 /// Directions of a region's points.
-struct Extent {
+pub(crate) struct Extent {
     /// Mean of the points, mm.
     middle: Vector3<f64>,
     /// Mean normal.
     toward: Vector3<f64>,
     /// Longer side of the smallest rectangle around the points, across it.
-    longest: Vector3<f64>,
+    pub(crate) longest: Vector3<f64>,
 }
 
 impl Extent {
     /// Returns the directions of points; `None` if their normals cancel.
-    fn of(points: &[CcPoint]) -> Option<Self> {
+    pub(crate) fn of(points: &[CcPoint]) -> Option<Self> {
         let n = points.len().max(1) as f64;
         let mean = points.iter().fold(Vector3::zeros(), |sum, p| sum + p.normal.into_inner()) / n;
         let middle = points.iter().fold(Vector3::zeros(), |sum, p| sum + p.position.coords) / n;

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use facemill_cc_path::files::{ConstantScallopFile, SectionsFile, SeedFile, SeedPlaneFile, StrategyFile};
+use facemill_cc_path::files::{ConstantScallopFile, SeedFile, SeedPlaneFile, StrategyFile};
 use facemill_file_format::{FormatError, from_json, from_value};
 use facemill_job::failure::Failure;
 use facemill_job::format::job_file::{DirectionFile, JobFile, LevelOrderFile, LinkingFile, PathFile, PathFromStrategy};
@@ -10,7 +10,9 @@ use facemill_job::format::job_settings::JobSetting;
 use facemill_job::load::job::Job;
 use serde_json::Value;
 
-use crate::directions::{DIRECTIONS, planes_of_operations};
+use crate::candidates::candidates_of_operations;
+use crate::directions::DIRECTIONS;
+use crate::flows::{RegionFlows, range_of, spiral_over};
 use crate::strategies_file::StrategiesFile;
 
 /// A strategy for all operations of a job.
@@ -52,15 +54,16 @@ pub fn listed_strategies(job: &Job, bytes: &[u8]) -> Result<Vec<NamedStrategy>, 
 
 /// Returns the strategies that a job can be planned by without more data: its own, levels and edge
 /// fill, parallel planes along, across and diagonal to the region and, where that is another
-/// direction, as the rotary axes move least, with edge fill and without (`levels`), and constant
-/// scallop from the region's border, and from its middle along and across; each in both orders and,
-/// with direction `either`, one-way and zigzag. Operations with a path file keep it. Equal ones
-/// come once.
+/// direction, as the rotary axes move least, with edge fill and without (`levels`), constant
+/// scallop from the region's border, and from its middle along and across, and, where two mesh
+/// groups beside the region or ends of its levels bound them, flows whose passes run along and
+/// across it, and a spiral over closed levels of one; each in both orders and, with direction
+/// `either`, one-way and zigzag. Operations with a path file keep it. Equal ones come once.
 ///
 /// # Errors
 /// If the job lays no passes.
 pub fn default_strategies(job: &Job) -> Result<Vec<NamedStrategy>, Failure> {
-    let planes = planes_of_operations(job)?;
+    let candidates = candidates_of_operations(job)?;
     let mut found = vec![NamedStrategy { name: "job".to_owned(), file: job.file.clone() }];
     let mut bases: Vec<(String, Change<'_>)> = vec![
         ("levels".to_owned(), Box::new(|_, s| s.edge_fill = false)),
@@ -68,15 +71,10 @@ pub fn default_strategies(job: &Job) -> Result<Vec<NamedStrategy>, Failure> {
     ];
     for (of, edge_fill) in [("planes", true), ("levels", false)] {
         for direction in DIRECTIONS {
-            let planes = &planes;
+            let candidates = &candidates;
             let change: Change<'_> = Box::new(move |k, s| {
-                if let Some(planes) = planes[k].iter().find(|p| p.direction == direction) {
-                    let range = range_of(&s.strategy);
-                    // A region between two ranges cannot be written: the strategy stays.
-                    if s.region.between.is_some() && range.is_some() {
-                        return;
-                    }
-                    s.region.between = s.region.between.take().or(range);
+                let planes = candidates[k].planes.iter().find(|p| p.direction == direction);
+                if let Some(planes) = planes.filter(|_| takes_range(s)) {
                     s.strategy = StrategyFile::ParallelPlanes(planes.file.clone());
                     s.edge_fill = edge_fill;
                 }
@@ -87,14 +85,29 @@ pub fn default_strategies(job: &Job) -> Result<Vec<NamedStrategy>, Failure> {
     let from_border: Change<'_> = Box::new(|_, s| s.strategy = constant_scallop(SeedFile::Border, &s.strategy));
     bases.push(("constant scallop".to_owned(), from_border));
     for direction in &DIRECTIONS[..2] {
-        let planes = &planes;
+        let candidates = &candidates;
         let change: Change<'_> = Box::new(move |k, s| {
-            if let Some(planes) = planes[k].iter().find(|p| p.direction == *direction) {
+            if let Some(planes) = candidates[k].planes.iter().find(|p| p.direction == *direction) {
                 let plane = SeedPlaneFile { normal: planes.file.normal, origin_mm: planes.middle };
                 s.strategy = constant_scallop(SeedFile::Plane(plane), &s.strategy);
             }
         });
         bases.push((format!("constant scallop {direction}"), change));
+    }
+    type OfFlows = fn(&RegionFlows) -> Option<StrategyFile>;
+    let of_flows: [(&str, OfFlows); 3] = [
+        ("flow along", |flows| flows.along.clone().map(StrategyFile::Flow)),
+        ("flow across", |flows| flows.across.clone().map(StrategyFile::Flow)),
+        ("spiral", |flows| flows.closed.clone().map(spiral_over)),
+    ];
+    for (name, strategy) in of_flows {
+        let candidates = &candidates;
+        let change: Change<'_> = Box::new(move |k, s| {
+            if let Some(strategy) = strategy(&candidates[k].flows).filter(|_| takes_range(s)) {
+                s.strategy = strategy;
+            }
+        });
+        bases.push((name.to_owned(), change));
     }
     for (name, change) in &bases {
         add_orders(&mut found, &with(&job.file, change), name);
@@ -104,6 +117,17 @@ pub fn default_strategies(job: &Job) -> Result<Vec<NamedStrategy>, Failure> {
 
 /// Change of the strategy of an operation, by its index in the job.
 type Change<'c> = Box<dyn Fn(usize, &mut PathFromStrategy) + 'c>;
+
+/// Moves the range of a strategy that is replaced to its region; returns false, and changes
+/// nothing, where the region has one, because a region between two ranges cannot be written.
+fn takes_range(s: &mut PathFromStrategy) -> bool {
+    let range = range_of(&s.strategy);
+    let is_free = s.region.between.is_none() || range.is_none();
+    if is_free {
+        s.region.between = s.region.between.take().or(range);
+    }
+    is_free
+}
 
 /// Returns a job with the strategies of its operations changed.
 fn with(file: &JobFile, change: &dyn Fn(usize, &mut PathFromStrategy)) -> JobFile {
@@ -151,23 +175,10 @@ fn without_repetitions(all: Vec<NamedStrategy>) -> Vec<NamedStrategy> {
 }
 
 /// Returns constant scallop between the levels of the strategy in whose place it comes. Of the
-/// strategies beside sections it alone needs no more than the region: flows and spirals need the
-/// ends between which they lie, edges and roots a width.
+/// strategies beside sections it alone needs no more than the region: flows and spirals need ends,
+/// edges and roots a line and a width.
 fn constant_scallop(seed: SeedFile, in_place_of: &StrategyFile) -> StrategyFile {
     StrategyFile::ConstantScallop(ConstantScallopFile { seed, second_seed: None, within: range_of(in_place_of) })
-}
-
-/// Returns the sections between whose first and last level the passes of a strategy lie; `None`
-/// where the region alone bounds them.
-fn range_of(strategy: &StrategyFile) -> Option<SectionsFile> {
-    match strategy {
-        StrategyFile::ParallelPlanes(planes) if planes.from_mm.is_some() || planes.to_mm.is_some() => {
-            Some(SectionsFile::ParallelPlanes(planes.clone()))
-        }
-        StrategyFile::CylindricalSections(cylinders) => Some(SectionsFile::CylindricalSections(cylinders.clone())),
-        StrategyFile::ConstantScallop(scallop) => scallop.within.clone(),
-        _ => None,
-    }
 }
 
 #[cfg(test)]

@@ -67,6 +67,7 @@ pub use crate::mesh::topology::{Component, Topology};
 pub use crate::mesh::tri_mesh::{Group, MeshError, TriMesh};
 pub use crate::surface::curvature::{CurvatureTensor, PrincipalCurvatures};
 pub use crate::surface::level_curves::{LevelCurve, LevelPoint, level_curves, level_curves_among};
+pub use crate::surface::place_islands::place_islands;
 pub use crate::surface::ray::RayHit;
 pub use crate::surface::sections::{Polyline, implicit_section, plane_section};
 pub use crate::surface::tree::{Below, NodeId, Tree};

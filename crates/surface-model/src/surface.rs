@@ -4,6 +4,7 @@ pub(crate) mod curvature;
 pub(crate) mod extension;
 pub(crate) mod level_curves;
 pub(crate) mod normals;
+pub(crate) mod place_islands;
 pub(crate) mod ray;
 pub(crate) mod sections;
 pub(crate) mod tree;

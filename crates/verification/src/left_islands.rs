@@ -1,8 +1,8 @@
 //! Islands of what a program leaves too high: parts of a region with no other place between them.
 
 use facemill_cl_data::Aabb;
-use facemill_job::format::report::remaining::{LeftIslandReport, RemainingPlace};
-use facemill_surface_model::Tree;
+use facemill_job::format::report::remaining::LeftIslandReport;
+use facemill_surface_model::place_islands;
 
 use crate::material_left::MaterialLeft;
 
@@ -24,34 +24,10 @@ pub(crate) struct LeftIslands {
 /// Returns the islands of samples above a limit (mm). Each such sample is in one of them.
 pub(crate) fn left_islands(measured: &MaterialLeft, limit: f64) -> LeftIslands {
     let high: Vec<usize> = (0..measured.left.len()).filter(|&k| measured.left[k].height > limit).collect();
-    let boxes: Vec<Aabb> = high.iter().map(|&k| Aabb::of_points([&measured.on[k].position])).collect();
-    let tree = Tree::build(&boxes);
-    let reach = NEIGHBOURS * measured.spacing();
-    let mut is_taken = vec![false; high.len()];
-    let mut all = Vec::new();
-    for first in 0..high.len() {
-        if std::mem::replace(&mut is_taken[first], true) {
-            continue;
-        }
-        let (mut members, mut next) = (vec![first], 0);
-        while next < members.len() {
-            let at = &measured.on[high[members[next]]];
-            next += 1;
-            tree.visit_boxes(
-                |b| b.distance_sq(&at.position) <= reach * reach,
-                |k| {
-                    let k = k as usize;
-                    if !is_taken[k] && measured.on[high[k]].normal.dot(&at.normal) > 0.0 {
-                        is_taken[k] = true;
-                        members.push(k);
-                    }
-                },
-            );
-        }
-        let mut members: Vec<usize> = members.into_iter().map(|k| high[k]).collect();
-        members.sort_unstable();
-        all.extend(report(measured, &members));
-    }
+    let places: Vec<_> = high.iter().map(|&k| (measured.on[k].position, measured.on[k].normal)).collect();
+    let islands = place_islands(&places, NEIGHBOURS * measured.spacing());
+    let of = |island: Vec<usize>| report(measured, &island.into_iter().map(|k| high[k]).collect::<Vec<_>>());
+    let mut all: Vec<LeftIslandReport> = islands.into_iter().filter_map(of).collect();
     let n = all.len();
     all.sort_by(|a, b| b.area_mm2.total_cmp(&a.area_mm2).then(b.highest.height_mm.total_cmp(&a.highest.height_mm)));
     all.truncate(MOST_ISLANDS);
@@ -68,20 +44,10 @@ fn report(measured: &MaterialLeft, members: &[usize]) -> Option<LeftIslandReport
     Some(LeftIslandReport {
         area_mm2: sum(&|_| true),
         never_cut_mm2: sum(&|k| measured.is_never_cut(k)),
-        highest: place(measured, highest),
+        highest: measured.place(highest),
         from_mm: around.min.into(),
         to_mm: around.max.into(),
     })
-}
-
-/// Returns a sample as a place of a report.
-pub(crate) fn place(measured: &MaterialLeft, k: usize) -> RemainingPlace {
-    RemainingPlace {
-        height_mm: measured.left[k].height,
-        at_mm: measured.on[k].position.into(),
-        line: measured.left[k].cut_by,
-        was_cut: measured.was_cut[k] && measured.left[k].cut_by.is_none(),
-    }
 }
 
 #[cfg(test)]

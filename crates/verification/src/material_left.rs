@@ -1,6 +1,7 @@
 //! Heights left on samples of a surface.
 
 use facemill_cc_path::RegionSample;
+use facemill_job::format::report::remaining::RemainingPlace;
 use facemill_z_map::{LeftHeight, SurfacePlace, SweptCutter};
 
 /// Largest error of a point of the cutter in the measurement of heights, mm: a tenth of the finest
@@ -60,6 +61,16 @@ impl MaterialLeft {
     pub fn spacing(&self) -> f64 {
         let mean = self.weights.iter().sum::<f64>() / self.n_weighted().max(1) as f64;
         if self.is_line { mean } else { mean.sqrt() }
+    }
+
+    /// Returns a sample as a place of a report.
+    pub(crate) fn place(&self, k: usize) -> RemainingPlace {
+        RemainingPlace {
+            height_mm: self.left[k].height,
+            at_mm: self.on[k].position.into(),
+            line: self.left[k].cut_by,
+            was_cut: self.was_cut[k] && self.left[k].cut_by.is_none(),
+        }
     }
 
     /// Returns whether no cut reaches a sample and material is left on it.

@@ -20,7 +20,7 @@ use facemill_virtual_machine::{VerifySettings, VirtualSetup, swept_by_cuts};
 use facemill_z_map::{LeftHeight, SurfacePlace, SweptCutter, left_heights};
 use nalgebra::{Isometry3, Point3, Unit, Vector3};
 
-use crate::left_islands::{left_islands, place};
+use crate::left_islands::left_islands;
 use crate::material_left::{ACCURACY, MOTION_TOLERANCE, MaterialLeft, Sampled, quantiles};
 use crate::named_results::not_verified;
 use crate::operation_region::OperationRegion;
@@ -407,7 +407,7 @@ pub fn remaining_on_region(
     up: &Vector3<f64>,
 ) -> RemainingOnRegion {
     let all = SomeSamples { of: measured, chosen: (0..measured.left.len()).collect() };
-    let largest = all.highest().map(|k| place(measured, k));
+    let largest = all.highest().map(|k| measured.place(k));
     let islands = left_islands(measured, limit_mm);
     let [p50_mm, p90_mm, p99_mm] = all.quantiles([0.5, 0.9, 0.99]);
     let (above_fraction, never_cut_fraction) = (all.above(limit_mm), all.never_cut());

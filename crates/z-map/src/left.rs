@@ -34,12 +34,11 @@ pub fn left_heights(
         let mut guesses = vec![None; sweeps.len()];
         let lowest = |place: &SurfacePlace| {
             let mut lowest = LeftHeight { height: place.stock, cut_by: None };
+            let mut below = bound_by_guesses(sweeps, &guesses, place);
             for (sweep, guess) in sweeps.iter().zip(&mut guesses) {
-                let (found, by) = sweep.borrow().left_after(place, *guess);
-                *guess = by.or(*guess);
-                if found.cut_by.is_some() && (lowest.cut_by.is_none() || found.height < lowest.height) {
-                    lowest = found;
-                }
+                let Some((height, motion)) = sweep.borrow().left_below(place, below, *guess) else { continue };
+                let cut_by = sweep.borrow().motions[motion].id;
+                (lowest, below, *guess) = (LeftHeight { height, cut_by: Some(cut_by) }, height, Some(motion));
             }
             lowest
         };
@@ -50,6 +49,18 @@ pub fn left_heights(
     let chunks: Vec<Vec<LeftHeight>> =
         places.par_chunks(PLACES_PER_CHUNK).map(of_chunk).collect::<Result<_, Cancelled>>()?;
     Ok(chunks.concat())
+}
+
+/// Returns a height that is above the least on a place or is the stock's, by the motions that cut
+/// the place before it.
+fn bound_by_guesses(sweeps: &[impl Borrow<SweptCutter>], guesses: &[Option<usize>], place: &SurfacePlace) -> f64 {
+    // A single sweep begins with its guess by itself.
+    if sweeps.len() < 2 {
+        return place.stock;
+    }
+    let entry = |(sweep, guess): (&_, &Option<usize>)| Borrow::<SweptCutter>::borrow(sweep).entry((*guess)?, place);
+    let least = sweeps.iter().zip(guesses).filter_map(entry).fold(f64::INFINITY, f64::min);
+    least.next_up().min(place.stock)
 }
 
 /// Everything that one cutter sweeps in its cutting motions, for queries of what it leaves.
@@ -95,12 +106,17 @@ impl SweptCutter {
         self.motions.len()
     }
 
-    /// Height that is left on a place, and the index of the motion that cuts lowest; the motion
-    /// `guess` is tried first.
-    pub(crate) fn left_after(&self, place: &SurfacePlace, guess: Option<usize>) -> (LeftHeight, Option<usize>) {
-        let mut best = (place.stock, None);
+    /// Returns the height at which a motion enters the line above a place; `None` if it does not.
+    fn entry(&self, motion: usize, place: &SurfacePlace) -> Option<f64> {
+        self.gauge.least_entry(&self.motions[motion], place, Self::ACCURACY)
+    }
+
+    /// Returns the height that is left on a place, and the index of the motion that cuts lowest;
+    /// `None` if none cuts below a height. The motion `guess` is tried first.
+    pub(crate) fn left_below(&self, place: &SurfacePlace, height: f64, guess: Option<usize>) -> Option<(f64, usize)> {
+        let mut best = (height, None);
         let mut visit = |k: usize, best: &mut (f64, Option<usize>)| {
-            let Some(entry) = self.gauge.least_entry(&self.motions[k], place, Self::ACCURACY) else { return };
+            let Some(entry) = self.entry(k, place) else { return };
             // Of equal ones the first, whatever the order of visits.
             if entry < best.0 || (entry == best.0 && best.1.is_some_and(|b| k < b)) {
                 *best = (entry, Some(k));
@@ -110,7 +126,6 @@ impl SweptCutter {
             visit(guess, &mut best);
         }
         self.tree.visit(&self.gauge, place, &mut best, &mut visit);
-        let cut_by = best.1.map(|k| self.motions[k].id);
-        (LeftHeight { height: best.0, cut_by }, best.1)
+        Some((best.0, best.1?))
     }
 }

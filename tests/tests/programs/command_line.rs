@@ -183,7 +183,7 @@ fn an_interrupt_stops_and_leaves_no_half_file() {
 #[test]
 fn new_propellers_are_the_committed_samples() {
     let folder = tempfile::tempdir().unwrap();
-    for part in ["propeller", "propeller-dual"] {
+    for part in ["propeller", "propeller-dual", "propeller-whole"] {
         let dir = folder.path().join(part);
         let (code, errors) = code_and_errors(&run(&["new", part, dir.to_str().unwrap()]));
         assert_eq!(code, 0, "{errors}");

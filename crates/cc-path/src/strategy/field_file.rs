@@ -21,8 +21,11 @@ pub struct FlowFile {
     pub within_mm: f64,
 }
 
+/// How far a border may be from what names it, by default, mm.
+pub(crate) const WITHIN_MM: f64 = 0.05;
+
 fn default_within_mm() -> f64 {
-    0.05
+    WITHIN_MM
 }
 
 /// Part of the region's border: all of it that lies at a mesh group, on a curve, in a plane or on a

@@ -74,12 +74,13 @@ fn faults_name_the_file_and_links_out_of_the_folder_are_refused() {
     }
 }
 
-/// Writes the blade with a hub from inlet to outlet: a cone of these radii in cm.
-fn with_hub(radii: [f64; 2]) -> (tempfile::TempDir, NewJob) {
+/// Writes the blade with a hub through these radii and heights, cm.
+fn with_hub(curve: &[[f64; 2]]) -> (tempfile::TempDir, NewJob) {
     let given = folder();
     let inf = INF.replace("Profile Data", "Hub Data File: curves/h.crv\nProfile Data");
     std::fs::write(given.path().join("b.inf"), inf).unwrap();
-    std::fs::write(given.path().join("curves/h.crv"), format!("{} 0 -8\n{} 0 8\n", radii[0], radii[1])).unwrap();
+    let text: String = curve.iter().map(|[radius, z]| format!("{radius} 0 {z}\n")).collect();
+    std::fs::write(given.path().join("curves/h.crv"), text).unwrap();
     let from = given.path().join("b.inf");
     (given, NewJob::Blade { from, scale: 1.0, hub: true })
 }
@@ -87,7 +88,7 @@ fn with_hub(radii: [f64; 2]) -> (tempfile::TempDir, NewJob) {
 #[test]
 fn a_blade_on_its_hub_has_passes_on_the_share_that_its_name_states() {
     let written = tempfile::tempdir().unwrap();
-    let (_given, blade) = with_hub([21.0, 21.0]);
+    let (_given, blade) = with_hub(&[[21.0, -8.0], [21.0, 8.0]]);
     for (name, bytes) in new_job(&blade).unwrap() {
         std::fs::write(written.path().join(name), bytes).unwrap();
     }

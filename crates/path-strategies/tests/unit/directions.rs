@@ -1,9 +1,8 @@
-use facemill_job::examples::new_job::{NewJob, new_job};
-use facemill_surface_model::{NamedNode, TriMesh, write_obj};
-use nalgebra::{Isometry3, Point3};
-use serde_json::{Value, json};
+use nalgebra::Point3;
+use serde_json::json;
 
 use super::*;
+use crate::test_kit::patch_job;
 
 #[test]
 fn planes_lie_along_and_across_the_longest_extent_whatever_the_order_of_points() {
@@ -74,31 +73,6 @@ fn the_longer_side_is_that_of_the_smallest_rectangle_whatever_the_order_of_point
     assert!(longest_side(vec![[1.0, 2.0]; 3]).is_none() && longest_side(Vec::new()).is_none());
 }
 
-/// Returns the job of a patch of 20 mm by 20 mm of this shape, with this path.
-fn job(folder: &tempfile::TempDir, z: fn(f64) -> f64, path: &Value) -> Job {
-    let [n, m] = [160, 4];
-    let at = |k: u32, n: u32| 20.0 * f64::from(k) / f64::from(n) - 10.0;
-    let (vertices, triangles) =
-        facemill_test_kit::grid_by_rows([n, m], |i, j| Point3::new(at(i, n), at(j, m), z(at(i, n))));
-    let sheet = TriMesh::new(vertices, triangles).unwrap();
-    for (name, bytes) in new_job(&NewJob::Patch { size_mm: 80.0 }).unwrap() {
-        let bytes = match name.as_str() {
-            "patch.obj" => {
-                write_obj(&[&sheet], &[NamedNode { name: "patch", mesh: 0, transform: Isometry3::identity() }]).unwrap()
-            }
-            "job.json" => {
-                let mut job: Value = serde_json::from_slice(&bytes).unwrap();
-                job["operations"][0]["path"] = path.clone();
-                job["setups"][0]["clearance"]["plane"]["origin_mm"][2] = json!(40.0);
-                serde_json::to_vec(&job).unwrap()
-            }
-            _ => bytes,
-        };
-        std::fs::write(folder.path().join(name), bytes).unwrap();
-    }
-    Job::read(&folder.path().join("job.json")).unwrap()
-}
-
 /// Returns a ridge of 24 mm radius along y.
 fn ridge(x: f64) -> f64 {
     (576.0 - x * x).sqrt() - 24.0
@@ -112,9 +86,9 @@ fn planes_of_ridge(turn_deg: f64) -> Vec<DirectedPlanes> {
         "strategy": { "parallel_planes": { "normal": [0, 1, 0] } },
         "region": { "box": { "min_mm": [-6, -4, -90], "max_mm": [6, 4, 90] } },
     } });
-    let mut job = job(&folder, ridge, &path);
+    let mut job = patch_job(&folder, ridge, &path);
     job.file.setups[0].work_from_part.rotation_deg = turn_deg;
-    planes_of_operations(&job).unwrap().swap_remove(0)
+    crate::candidates::candidates_of_operations(&job).unwrap().swap_remove(0).planes
 }
 
 #[test]

@@ -3,12 +3,12 @@
 
 use std::collections::BTreeSet;
 
-use facemill_cl_data::{Aabb, CcPoint, Pass, Posture};
+use facemill_cl_data::{CcPoint, Pass, Posture};
 use facemill_cutter_location::cusp::cut_point::Strip;
 use facemill_cutter_location::cusp::strips::{NearestCuts, strip_width};
 use facemill_job::failure::Failure;
 use facemill_job::stages::Stages;
-use facemill_surface_model::{Surface, Tree};
+use facemill_surface_model::{Surface, place_islands};
 use facemill_tool_path::moves::lead::CutRegion;
 use facemill_tool_path::segments::LaidTask;
 use nalgebra::{Matrix3, Point3, SymmetricEigen, Unit, Vector3};
@@ -343,33 +343,9 @@ fn mean_step(task: &LaidTask) -> f64 {
 /// Returns groups of places, each within `reach` (mm) of another one of its group and facing the
 /// same half space, those with the highest places first.
 fn islands(places: &[HighPlace], reach: f64) -> Vec<Vec<HighPlace>> {
-    let boxes: Vec<Aabb> = places.iter().map(|p| Aabb::of_points([&p.position])).collect();
-    let tree = Tree::build(&boxes);
-    let mut is_taken = vec![false; places.len()];
-    let mut found: Vec<Vec<HighPlace>> = Vec::new();
-    for first in 0..places.len() {
-        if std::mem::replace(&mut is_taken[first], true) {
-            continue;
-        }
-        let mut members = vec![first];
-        let mut next = 0;
-        while next < members.len() {
-            let at = places[members[next]];
-            next += 1;
-            tree.visit_boxes(
-                |b| b.distance_sq(&at.position) <= reach * reach,
-                |k| {
-                    let k = k as usize;
-                    if !is_taken[k] && places[k].normal.dot(&at.normal) > 0.0 {
-                        is_taken[k] = true;
-                        members.push(k);
-                    }
-                },
-            );
-        }
-        members.sort_unstable();
-        found.push(members.into_iter().map(|k| places[k]).collect());
-    }
+    let on: Vec<_> = places.iter().map(|p| (p.position, p.normal)).collect();
+    let of = |island: Vec<usize>| island.into_iter().map(|k| places[k]).collect::<Vec<_>>();
+    let mut found: Vec<Vec<HighPlace>> = place_islands(&on, reach).into_iter().map(of).collect();
     let highest = |island: &[HighPlace]| island.iter().map(|p| p.height).fold(0.0, f64::max);
     found.sort_by(|a, b| highest(b).total_cmp(&highest(a)));
     found

@@ -162,3 +162,44 @@ fn heights_do_not_depend_on_threads_or_on_the_order_of_motions() {
     let reversed = heights(1, motions.into_iter().rev().collect());
     assert!(one.iter().zip(&reversed).all(|(a, b)| (a.height - b.height).abs() < 1e-4));
 }
+
+#[test]
+fn several_sweeps_leave_the_least_of_each_by_itself() {
+    let mut rng = Random(29);
+    let mut between = move |low: f64, high: f64| low + (high - low) * rng.unit();
+    let cutters = [(10.0, 1.5), (8.0, 8.0), (6.0, 2.0), (10.0, 1.5)];
+    let mut sweeps: Vec<SweptCutter> = (0u32..4)
+        .zip(cutters)
+        .map(|(k, (radius, corner))| {
+            let cutter = Cutter::new(radius, corner, 20.0).expect("a cutter");
+            let mut end = || {
+                let axis = Unit::new_normalize(Vector3::new(between(-0.4, 0.4), between(-0.4, 0.4), 1.0));
+                ClPoint { tip: Point3::new(between(-30.0, 30.0), between(-30.0, 30.0), between(-0.2, 2.0)), axis }
+            };
+            let motion = |id| {
+                let from = end();
+                CutterMotion { from, to: ClPoint { tip: end().tip, ..from }, id: 100 * k + id }
+            };
+            SweptCutter::new(&cutter, (0..12).map(motion).collect())
+        })
+        .collect();
+    // One that cuts the same again: of equal heights the first counts.
+    let motions = |id| passes(7.0, 0.1, 0.3).into_iter().map(move |m| CutterMotion { id: id + m.id, ..m }).collect();
+    let disc = Cutter::new(10.0, 1.5, 20.0).expect("a disc");
+    sweeps.extend([400, 500].map(|id| SweptCutter::new(&disc, motions(id))));
+    let places: Vec<SurfacePlace> =
+        (0..900).map(|k| place(f64::from(k % 30) * 2.0 - 29.0, f64::from(k / 30) * 2.0 - 29.0, 1.5)).collect();
+    let together = left_heights(&sweeps, &places, &Silent).expect("a monitor that never cancels");
+    let mut by = [0; 6];
+    for (at, found) in places.iter().zip(&together) {
+        let mut least = LeftHeight { height: at.stock, cut_by: None };
+        for one in sweeps.iter().map(|swept| left_on(swept, at)) {
+            if one.cut_by.is_some() && (least.cut_by.is_none() || one.height < least.height) {
+                least = one;
+            }
+        }
+        assert_eq!((found.height.to_bits(), found.cut_by), (least.height.to_bits(), least.cut_by), "{at:?}");
+        found.cut_by.into_iter().for_each(|id| by[(id / 100) as usize] += 1);
+    }
+    assert!(by[..5].iter().all(|n| *n > 10) && by[5..] == [0], "{by:?}");
+}

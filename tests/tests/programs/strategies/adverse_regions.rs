@@ -151,11 +151,11 @@ fn each_place_of_an_adverse_region_is_cut_or_listed() {
     assert!(sampled <= reported + 0.01 && reported < 0.03, "{sampled}, reported {reported}");
     // A crumb beside a plate, on which no pass is long enough: left, and said.
     let crumb = Sheet::default().with([-12.0, -8.0], [12, 8], all).with([20.0, -3.0], [3, 3], all);
-    for (strategy, edge_fill) in [(&planes, true), (&fronts(json!("border")), false)] {
+    let share = 36.0 / (384.0 + 36.0);
+    // Of fronts, stretches at the corners of the plate are short, too.
+    for (strategy, edge_fill, most) in [(&planes, true, 1.02 * share), (&fronts(json!("border")), false, 0.25)] {
         let [sampled, reported] = checked("crumb", &crumb, (strategy, edge_fill), 12.0);
-        // Stretches at the corners of the plate are short, too.
-        let share = 36.0 / (384.0 + 36.0);
-        assert!(reported > 0.9 * share && reported < 0.25, "{share}, reported {reported}");
+        assert!(reported > 0.98 * share && reported < most, "{share}, reported {reported}");
         assert!((sampled - reported).abs() < 0.06, "{sampled}, reported {reported}");
     }
 }

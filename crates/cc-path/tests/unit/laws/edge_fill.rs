@@ -58,6 +58,43 @@ fn narrow_strips_at_an_edge_get_partial_passes_and_the_rest_wide_ones() {
 }
 
 #[test]
+fn partial_passes_run_out_beside_the_pass_before_them() {
+    // Widths that fall to a third beside the edge, at once or over 60 mm, on a plate and a ridge.
+    let [step, ramp] = [0.0, 60.0].map(|over: f64| {
+        move |p: &Point3<f64>| {
+            let share = if over > 0.0 { ((p.x - 20.0) / over).clamp(0.0, 1.0) } else { f64::from(p.x > 20.0) };
+            2.5 + 5.5 * share
+        }
+    });
+    let shapes = [skewed(0.0), grid(80, 48, |u, v| Point3::new(200.0 * u, 120.0 * v, 15.0 * (3.0 * v).sin()))];
+    let widths: [&(dyn Fn(&Point3<f64>) -> f64 + Sync); 2] = [&step, &ramp];
+    for s in shapes.map(surface) {
+        for width in widths {
+            let layout = lay_by(&s, &planes(Vector3::y_axis()), &filled(), &|cc| width(&cc.position));
+            let mut n = 0;
+            for joined in layout.passes.iter().filter(|p| p.partial) {
+                let points = &joined.pass.points;
+                for end in [&points[0], &points[points.len() - 1]] {
+                    let to_border = [end.position.x, 200.0 - end.position.x].into_iter().fold(f64::INFINITY, f64::min);
+                    if to_border < 1.0 {
+                        continue;
+                    }
+                    let others = gaps(&layout).filter(|(p, _)| !std::ptr::eq(*p, joined));
+                    let apart = |[a, b]: &[&CcPoint; 2]| distance_to_segment(&end.position, &a.position, &b.position);
+                    let (_, beside) = others.min_by(|(_, a), (_, b)| apart(a).total_cmp(&apart(b))).unwrap();
+                    let (apart, turn) = (apart(&beside), (beside[1].position - beside[0].position).angle(&end.feed));
+                    // A tenth of the strip where the front ends, on a column; each pass slopes by up to 0.2.
+                    let share = apart / width(&end.position);
+                    assert!(share < 0.16 && turn <= 2.0 * 0.2f64.atan() + 0.01, "{share} {turn}");
+                    n += 1;
+                }
+            }
+            assert!(n > 10, "{n}");
+        }
+    }
+}
+
+#[test]
 fn plates_behind_one_another_are_covered_whole() {
     // Two plates with a gap across the passes, wider than a strip, and a narrow edge.
     let plate = |from: f64, to: f64| grid(40, 12, |u, v| Point3::new(200.0 * u, from + (to - from) * v, 0.0));
