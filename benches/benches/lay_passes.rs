@@ -1,10 +1,10 @@
 //! Passes laid on meshes of two sizes: the time per triangle has to stay the same.
 //!
 //! Levels (planes, edge fill, a flow between two edges, a spiral around a tube) on 500,000 and
-//! 2,000,000 triangles, 1,000 passes with about 1,000,000 points on the larger one; fronts of
-//! constant scallop, passes along a ridge and along a corner on 125,000 and 500,000; distances from
-//! one front on 200,000 and 800,000. Where each bench runs once, as a test, there is the smaller
-//! size alone.
+//! 2,000,000 triangles, 1,000 passes with about 1,000,000 points on the larger one, of edge fill
+//! also half as many passes with fewer points; fronts of constant scallop, passes along a ridge and
+//! along a corner on 125,000 and 500,000; distances from one front on 200,000 and 800,000. Where
+//! each bench runs once, as a test, there is the smaller size alone.
 
 use std::f64::consts::TAU;
 use std::time::Duration;
@@ -146,15 +146,18 @@ fn level_cases<'a>(quads: usize, sheet: &'a Surface, tube: &'a Surface) -> Vec<C
     let settings = settings_of(quads, 1.0);
     let along_x = Strategy::ParallelPlanes(planes(Vector3::y_axis()));
     let case = |name, surface, strategy| Case { name, surface, strategy, settings: settings.clone(), widest: ANY };
-    // A quarter as many passes, at −500 mm half as wide.
-    let sparse = settings_of(quads, 0.25);
-    let widest = sparse.max_step_over;
-    let filled = LaySettings { edge_fill: true, pass_cost: 20.0, min_pass_length: 5.0, ..sparse };
+    // Strips that are half as wide at −500 mm as at 500 mm.
+    let filled = |name, of_share: LaySettings| {
+        let widest = of_share.max_step_over;
+        let settings = LaySettings { edge_fill: true, pass_cost: 20.0, min_pass_length: 5.0, ..of_share };
+        Case { name, surface: sheet, strategy: along_x.clone(), settings, widest }
+    };
     vec![
         case("planes", sheet, along_x.clone()),
         case("flow", sheet, flow(500.0)),
         case("spiral", tube, spiral()),
-        Case { name: "edge fill", surface: sheet, strategy: along_x, settings: filled, widest },
+        filled("edge fill, sparse", settings_of(quads, 0.25)),
+        filled("edge fill", LaySettings { max_step: settings.max_step, ..settings_of(quads, 0.6) }),
     ]
 }
 

@@ -66,16 +66,17 @@ impl<'a> LevelSet<'a> {
         }
     }
 
-    /// Fraction of the way from `a` to `b` at which the value is the level, in 0..1.
+    /// Fraction of the way from `a` to `b` at which the value is the level, in 0..1; `values` are
+    /// those at both.
     ///
     /// Exact up to rounding where one end is below and the other is not; where both are on the same
     /// side, the end whose value is nearer.
-    pub(crate) fn crossing(&self, a: &Point3<f64>, b: &Point3<f64>) -> f64 {
+    pub(crate) fn crossing(&self, a: &Point3<f64>, b: &Point3<f64>, values: [f64; 2]) -> f64 {
         if let Self::Level { sections, level } = self {
             return sections.crossing(a, b, *level);
         }
         let level = self.level();
-        let (at_a, at_b) = (self.value(a) - level, self.value(b) - level);
+        let [at_a, at_b] = values.map(|value| value - level);
         if (at_a >= 0.0) == (at_b >= 0.0) {
             return if at_a.abs() <= at_b.abs() { 0.0 } else { 1.0 };
         }

@@ -1,3 +1,5 @@
+use rayon::prelude::*;
+
 use crate::error::PathError;
 use crate::strategy::size::{MAX_CROSSINGS, MAX_LEVELS, StepOverCause};
 
@@ -15,6 +17,14 @@ pub(crate) struct Band {
     pub(crate) slope: f64,
 }
 
+/// Largest step between the levels that a piece reaches over.
+#[derive(Clone, Copy)]
+struct LevelLimit {
+    low: f64,
+    high: f64,
+    limit: f64,
+}
+
 /// Levels from `first` to `last`, both included and `first` ≤ `last`, in rising order: each step is
 /// the largest that no band it reaches into forbids.
 ///
@@ -30,8 +40,9 @@ pub(crate) fn plan_levels(
     last: f64,
     even: bool,
 ) -> Result<Vec<f64>, PathError> {
-    let mut sorted = bands.to_vec();
-    sorted.sort_by(|a, b| a.low.total_cmp(&b.low).then(a.limit.total_cmp(&b.limit)));
+    let limit = |b: &Band| LevelLimit { low: b.low, high: b.high, limit: b.limit };
+    let mut sorted: Vec<LevelLimit> = bands.iter().map(limit).collect();
+    sorted.par_sort_by(|a, b| a.low.total_cmp(&b.low).then(a.limit.total_cmp(&b.limit)));
     let Some(largest) = step_through(&sorted, first, last, 1.0, MAX_LEVELS) else {
         let remedy = cause.remedy(least_factor(&sorted, first, last));
         let (limit, most_crossings) = (MAX_LEVELS, MAX_CROSSINGS);
@@ -54,7 +65,7 @@ pub(crate) fn plan_levels(
 }
 
 /// How many times as large limits have to be, about, for the levels to be few enough; 1 is not.
-fn least_factor(sorted: &[Band], first: f64, last: f64) -> f64 {
+fn least_factor(sorted: &[LevelLimit], first: f64, last: f64) -> f64 {
     let fits = |factor: f64| step_through(sorted, first, last, factor, MAX_LEVELS).is_some();
     let (mut low, mut high) = (1.0, 10.0);
     while !fits(high) {
@@ -107,18 +118,21 @@ fn steps_into(b: &Band, levels: &[f64]) -> std::ops::Range<usize> {
 }
 
 /// `None` when there are more than `max_levels`, or they cross too many bands.
-fn step_through(sorted: &[Band], first: f64, last: f64, factor: f64, max_levels: usize) -> Option<Vec<f64>> {
+fn step_through(sorted: &[LevelLimit], first: f64, last: f64, factor: f64, max_levels: usize) -> Option<Vec<f64>> {
     let mut levels = vec![first];
-    let mut active: Vec<Band> = Vec::new();
+    let mut active: Vec<LevelLimit> = Vec::new();
     let (mut next, mut n_crossings) = (0, 0);
     let mut level = first;
     while level < last {
-        while sorted.get(next).is_some_and(|b| b.low <= level) {
-            active.push(sorted[next]);
-            next += 1;
-        }
-        active.retain(|b| b.high > level);
-        let mut step = active.iter().map(|b| b.limit * factor).fold(last - level, f64::min);
+        let reached = sorted[next..].iter().take_while(|b| b.low <= level);
+        next += reached.map(|b| active.push(*b)).count();
+        let mut narrowest = f64::INFINITY;
+        active.retain(|b| {
+            let remains = b.high > level;
+            narrowest = if remains && b.limit < narrowest { b.limit } else { narrowest };
+            remains
+        });
+        let mut step = (narrowest * factor).min(last - level);
         for b in &sorted[next..] {
             if b.low - level >= step {
                 break;

@@ -82,7 +82,7 @@ pub(crate) fn beginning(curve: &Curve, settings: &LaySettings, most: usize) -> (
     let mut n = 0;
     let mut here = curve.at(start);
     while here.way < end && n < most {
-        here = curve.at(next_way(curve, Limits::of(settings), least_gap(settings), &here, end));
+        here = next_place(curve, Limits::of(settings), least_gap(settings), &here, end);
         n += 1;
     }
     (here.way - start, n)
@@ -126,7 +126,7 @@ fn walk(
     let mut places = vec![curve.at(start)];
     let mut here = places[0];
     while here.way < end {
-        here = curve.at(next_way(curve, limits, least_gap, &here, end));
+        here = next_place(curve, limits, least_gap, &here, end);
         places.push(here);
         if places.len() > max_points {
             return None;
@@ -135,35 +135,36 @@ fn walk(
     Some(places)
 }
 
-fn next_way(curve: &Curve, limits: Limits, least_gap: f64, here: &TracePoint, end: f64) -> f64 {
+fn next_place(curve: &Curve, limits: Limits, least_gap: f64, here: &TracePoint, end: f64) -> TracePoint {
     // Rounding must not make eleven steps out of ten.
     let step = limits.step * (1.0 + 1e-12);
     // A closed curve needs three points, or its chords have no inside.
     let step = if curve.closed { step.min(curve.length() / 3.0) } else { step };
-    let way = longest_fit(curve, Limits { step, ..limits }, here, end).max(here.way + least_gap);
+    let fit = longest_fit(curve, Limits { step, ..limits }, here, end);
+    let way = fit.way.max(here.way + least_gap);
     // Rather two halves than a crumb at the end.
-    match end - way {
+    let way = match end - way {
         rest if rest <= 0.0 => end,
         rest if rest >= least_gap => way,
         _ if end - here.way < 2.0 * least_gap => end,
         _ => 0.5 * (here.way + end),
-    }
+    };
+    if way == fit.way { fit } else { curve.at(way) }
 }
 
-/// The farthest way from `here` that keeps to the limits, to a thousandth of the longest step.
-fn longest_fit(curve: &Curve, limits: Limits, here: &TracePoint, end: f64) -> f64 {
-    let fits = |way: f64| within(curve, limits, here, &curve.at(way));
+/// The farthest place from `here` that keeps to the limits, to a thousandth of the longest step.
+fn longest_fit(curve: &Curve, limits: Limits, here: &TracePoint, end: f64) -> TracePoint {
+    let fitting = |way: f64| Some(curve.at(way)).filter(|place| within(curve, limits, here, place));
     let farthest = (here.way + limits.step).min(end);
-    if fits(farthest) {
-        return farthest;
+    if let Some(place) = fitting(farthest) {
+        return place;
     }
-    let (mut low, mut high) = (here.way, farthest);
+    let (mut low, mut high) = (*here, farthest);
     for _ in 0..10 {
-        let middle = 0.5 * (low + high);
-        if fits(middle) {
-            low = middle;
-        } else {
-            high = middle;
+        let middle = 0.5 * (low.way + high);
+        match fitting(middle) {
+            Some(place) => low = place,
+            None => high = middle,
         }
     }
     low
@@ -171,14 +172,14 @@ fn longest_fit(curve: &Curve, limits: Limits, here: &TracePoint, end: f64) -> f6
 
 fn within(curve: &Curve, limits: Limits, a: &TracePoint, b: &TracePoint) -> bool {
     (b.position - a.position).norm() <= limits.step * (1.0 + 1e-9)
-        && turn_between(curve, a, b) <= limits.turn
+        && (limits.turn == f64::INFINITY || turns_within(curve, limits.turn, a, b))
         && chord_between(curve, a, b) <= limits.chord
 }
 
-/// Largest angle between the normal at `a` and those up to `b`.
-fn turn_between(curve: &Curve, a: &TracePoint, b: &TracePoint) -> f64 {
+/// Whether the normals up to `b` are at no larger angle than `turn` to that at `a`.
+fn turns_within(curve: &Curve, turn: f64, a: &TracePoint, b: &TracePoint) -> bool {
     let nodes = curve.between(a, b).flat_map(|(_, n)| n);
-    nodes.chain([b.normal]).map(|n| n.angle(&a.normal)).fold(0.0, f64::max)
+    !nodes.chain([b.normal]).any(|n| n.angle(&a.normal) > turn)
 }
 
 /// Estimates the deviation of the smooth section from the straight line from `a` to `b`, mm.
@@ -192,20 +193,22 @@ fn chord_between(curve: &Curve, a: &TracePoint, b: &TracePoint) -> f64 {
     let line = b.position - a.position;
     let length = line.norm();
     let Some(along) = Unit::try_new(line, 0.0) else { return 0.0 };
-    let slope = |n: &Unit<Vector3<f64>>| n.dot(&along).clamp(-1.0, 1.0).asin();
-    let (mut lowest, mut highest) = (slope(&a.normal).min(slope(&b.normal)), slope(&a.normal).max(slope(&b.normal)));
-    let (mut across, mut beside) = (0.0f64, 0.0f64);
+    // Sines of the angles of normals to the line: their order is that of the angles.
+    let sine = |n: &Unit<Vector3<f64>>| n.dot(&along).clamp(-1.0, 1.0);
+    let (mut lowest, mut highest) = (sine(&a.normal).min(sine(&b.normal)), sine(&a.normal).max(sine(&b.normal)));
+    let (mut across, mut beside_sq) = (0.0f64, 0.0f64);
     for (node, normals) in curve.between(a, b) {
         let off = node - a.position;
         let off = off - along.into_inner() * off.dot(&along).clamp(0.0, length);
         let up = off.dot(&normals[0]).abs();
         across = across.max(up);
-        beside = beside.max((off.norm_squared() - up * up).max(0.0).sqrt());
-        for s in normals.iter().map(slope) {
+        beside_sq = beside_sq.max(off.norm_squared() - up * up);
+        for s in normals.iter().map(sine) {
             (lowest, highest) = (lowest.min(s), highest.max(s));
         }
     }
-    across.max(length * (highest - lowest) / 8.0).hypot(beside + curve.bulge_between(a, b))
+    let bend = length * (highest.asin() - lowest.asin()) / 8.0;
+    across.max(bend).hypot(beside_sq.sqrt() + curve.bulge_between(a, b))
 }
 
 fn cc_point(curve: &Curve, place: &TracePoint) -> Option<CcPoint> {

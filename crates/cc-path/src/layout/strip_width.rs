@@ -42,13 +42,14 @@ pub(crate) fn bands(
     let band = |t: usize| {
         let v = patch.mesh.triangles()[t].map(|v| v as usize);
         let levels = v.map(|v| patch.levels[v]);
-        let slope = |v: usize| facet_slope(patch, sections, t as u32, &patch.mesh.vertices()[v]);
+        let slopes = slopes(patch, sections, t as u32);
+        let at_least = |k: usize| widths[v[k]].max(settings.min_step_over) * slopes[k].max(MIN_SLOPE);
         Band {
             low: least(levels),
             high: levels.into_iter().fold(f64::NEG_INFINITY, f64::max),
-            limit: least(v.map(|v| widths[v].max(settings.min_step_over) * slope(v).max(MIN_SLOPE))),
-            requested: least(v.map(|v| widths[v] * slope(v))),
-            slope: least(v.map(slope)).max(MIN_SLOPE),
+            limit: least([0, 1, 2].map(at_least)),
+            requested: least([0, 1, 2].map(|k| widths[v[k]] * slopes[k])),
+            slope: least(slopes).max(MIN_SLOPE),
         }
     };
     let bands = (0..patch.mesh.triangles().len()).into_par_iter().map(band).collect();
@@ -60,10 +61,13 @@ pub(crate) fn least(values: [f64; 3]) -> f64 {
     values.into_iter().fold(f64::INFINITY, f64::min)
 }
 
-fn facet_slope(patch: &Patch, sections: &Sections, triangle: u32, p: &Point3<f64>) -> f64 {
+/// Slopes of a facet at its corners.
+fn slopes(patch: &Patch, sections: &Sections, triangle: u32) -> [f64; 3] {
     let facet = patch.facet_normal(triangle).filter(|_| patch.facet_shape(triangle) >= SLIVER);
-    let normal = facet.unwrap_or_else(|| patch.normal(triangle, p));
-    sections.slope(p, &normal)
+    patch.mesh.corners(triangle as usize).map(|p| {
+        let normal = facet.unwrap_or_else(|| patch.normal(triangle, &p));
+        sections.slope(&p, &normal)
+    })
 }
 
 /// The width allowed at each vertex of the patch, at most the largest step-over; the level rises

@@ -19,6 +19,8 @@ pub(crate) struct Curve<'a> {
     /// Smooth normals at the beginning and the end of each piece: they differ from piece to piece
     /// at creases.
     normals: Vec<[Unit<Vector3<f64>>; 2]>,
+    /// Where the set is not linear, the corner that each piece cuts off its triangle.
+    lone: Vec<LoneCorner>,
     /// Distance of each piece from its chord at the middle, mm.
     bulges: Vec<f64>,
     /// Way to each node, mm.
@@ -29,6 +31,19 @@ pub(crate) struct Curve<'a> {
     pub(crate) closed: bool,
     /// Whether it is open, but does not end at a border.
     pub(crate) winds: bool,
+}
+
+/// The corner of a triangle that is on one side of a level, and both others on the other side.
+#[derive(Clone, Copy)]
+struct LoneCorner {
+    /// Its index in the triangle.
+    index: u8,
+    /// Whether it is above the level, or on it.
+    is_above: bool,
+    /// The value of the set there.
+    value: f64,
+    /// Shares of both sides from there at which the piece begins and ends.
+    shares: [f64; 2],
 }
 
 /// The curves of a level set.
@@ -55,19 +70,20 @@ pub(crate) struct TracePoint {
 pub(crate) fn trace<'a>(patch: &'a Patch<'a>, set: LevelSet<'a>, values: &[f64], among: &[u32]) -> Vec<Curve<'a>> {
     level_curves_among(&patch.mesh, &patch.edges, values, set.level(), among.iter().copied())
         .into_iter()
-        .filter_map(|c| Curve::new(patch, set, &c))
+        .filter_map(|c| Curve::new(patch, set, values, &c))
         .flat_map(Curve::parts)
         .collect()
 }
 
 impl<'a> Curve<'a> {
     /// `None` where nothing is left of it once its nodes have been put exactly on the level.
-    fn new(patch: &'a Patch<'a>, set: LevelSet<'a>, curve: &LevelCurve) -> Option<Self> {
+    fn new(patch: &'a Patch<'a>, set: LevelSet<'a>, values: &[f64], curve: &LevelCurve) -> Option<Self> {
         let (mut nodes, mut triangles): (Vec<Point3<f64>>, Vec<u32>) = (Vec::new(), Vec::new());
         let mut tangents: Vec<Vector3<f64>> = Vec::new();
         for point in &curve.points {
             let [a, b] = point.edge.map(|v| patch.mesh.vertices()[v as usize]);
-            let node = if set.is_linear() { point.position } else { a + (b - a) * set.crossing(&a, &b) };
+            let crossing = || set.crossing(&a, &b, point.edge.map(|v| values[v as usize]));
+            let node = if set.is_linear() { point.position } else { a + (b - a) * crossing() };
             if nodes.last() == Some(&node) {
                 nodes.pop();
                 triangles.pop();
@@ -90,9 +106,9 @@ impl<'a> Curve<'a> {
         if triangles.is_empty() {
             return None;
         }
-        let (normals, bulges, ways) = (Vec::new(), Vec::new(), Vec::new());
-        let closed = curve.closed;
-        let mut this = Self { patch, set, nodes, triangles, normals, bulges, ways, tangents, closed, winds: false };
+        let (normals, lone, bulges, ways) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        let (closed, winds) = (curve.closed, false);
+        let mut this = Self { patch, set, nodes, triangles, normals, lone, bulges, ways, tangents, closed, winds };
         this.measure();
         Some(this)
     }
@@ -124,9 +140,9 @@ impl<'a> Curve<'a> {
         if triangles.is_empty() {
             return None;
         }
-        let (normals, bulges, ways) = (Vec::new(), Vec::new(), Vec::new());
-        let mut this =
-            Self { patch, set, nodes, triangles, normals, bulges, ways, tangents, closed: path.closed, winds: false };
+        let (normals, lone, bulges, ways) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        let (closed, winds) = (path.closed, false);
+        let mut this = Self { patch, set, nodes, triangles, normals, lone, bulges, ways, tangents, closed, winds };
         this.measure();
         Some(this)
     }
@@ -155,6 +171,7 @@ impl<'a> Curve<'a> {
             nodes: kept.iter().map(|&k| nodes[k]).collect(),
             triangles: before.iter().map(|&k| triangles[k.min(triangles.len() - 1)]).collect(),
             normals: Vec::new(),
+            lone: Vec::new(),
             bulges: Vec::new(),
             ways: Vec::new(),
             tangents: kept.iter().map(|&k| tangents[k]).collect(),
@@ -194,6 +211,7 @@ impl<'a> Curve<'a> {
             nodes: self.nodes[start..=last].to_vec(),
             triangles: self.triangles[start..last].to_vec(),
             normals: self.normals[start..last].to_vec(),
+            lone: self.lone.get(start..last).unwrap_or_default().to_vec(),
             bulges: self.bulges[start..last].to_vec(),
             ways: self.ways[start..=last].iter().map(|w| w - self.ways[start]).collect(),
             tangents: self.tangents.get(start..=last).unwrap_or_default().to_vec(),
@@ -205,6 +223,12 @@ impl<'a> Curve<'a> {
     fn measure(&mut self) {
         let ends = |(k, &t): (usize, &u32)| [self.nodes[k], self.nodes[k + 1]].map(|p| self.patch.normal(t, &p));
         self.normals = self.triangles.iter().enumerate().map(ends).collect();
+        let lone = if self.set.is_linear() {
+            Vec::new()
+        } else {
+            (0..self.triangles.len()).map(|k| self.lone_corner(k)).collect()
+        };
+        self.lone = lone;
         self.bulges = (0..self.triangles.len()).map(|k| self.bulge(k)).collect();
         self.ways = std::iter::once(0.0)
             .chain(self.nodes.windows(2).scan(0.0, |way, w| {
@@ -261,32 +285,39 @@ impl<'a> Curve<'a> {
         TracePoint { way, piece, position, normal: self.patch.normal(self.triangles[piece], &position) }
     }
 
+    fn lone_corner(&self, piece: usize) -> LoneCorner {
+        let corners = self.patch.mesh.corners(self.triangles[piece] as usize);
+        let values = corners.map(|corner| self.set.value(&corner));
+        let above = values.map(|value| value >= self.set.level());
+        let index = (0..3).find(|&k| above[k] != above[(k + 1) % 3] && above[k] != above[(k + 2) % 3]).unwrap_or(0);
+        let (is_above, value) = (above[index], values[index]);
+        let [lone, first, last] = in_order(corners, index, is_above);
+        let share = |p: &Point3<f64>, end: &Point3<f64>| (p - lone).norm() / (end - lone).norm();
+        let shares = [share(&self.nodes[piece], &first), share(&self.nodes[piece + 1], &last)];
+        LoneCorner { index: index as u8, is_above, value, shares }
+    }
+
     fn inside(&self, piece: usize, fraction: f64) -> Point3<f64> {
-        let (from, to) = (self.nodes[piece], self.nodes[piece + 1]);
         if self.set.is_linear() {
+            let (from, to) = (self.nodes[piece], self.nodes[piece + 1]);
             return from + (to - from) * fraction;
         }
         // Two corners lie on one side of the level, the lone one on the other, and every line from
         // the lone corner to the side across crosses the level once. The line is the one through
         // the point of the chord.
-        let v = self.patch.mesh.triangles()[self.triangles[piece] as usize];
-        let is_above = |p: &Point3<f64>| self.set.value(p) >= self.set.level();
-        let above = v.map(|v| is_above(&self.patch.mesh.vertices()[v as usize]));
-        let lone = (0..3).find(|&k| above[k] != above[(k + 1) % 3] && above[k] != above[(k + 2) % 3]).unwrap_or(0);
-        let corner = |k: usize| self.patch.mesh.vertices()[v[k % 3] as usize];
-        // The higher levels are on the left.
-        let (first, last) = if above[lone] { (lone + 1, lone + 2) } else { (lone + 2, lone + 1) };
-        let (lone, first, last) = (corner(lone), corner(first), corner(last));
-        let share = |p: &Point3<f64>, end: &Point3<f64>| (p - lone).norm() / (end - lone).norm();
-        let (at_first, at_last) = ((1.0 - fraction) * share(&from, &first), fraction * share(&to, &last));
+        let LoneCorner { index, is_above, value, shares } = self.lone[piece];
+        let corners = self.patch.mesh.corners(self.triangles[piece] as usize);
+        let [lone, first, last] = in_order(corners, usize::from(index), is_above);
+        let (at_first, at_last) = ((1.0 - fraction) * shares[0], fraction * shares[1]);
         let foot = first + (last - first) * (at_last / (at_first + at_last));
-        if is_above(&foot) != is_above(&lone) {
-            return lone + (foot - lone) * self.set.crossing(&lone, &foot);
+        let at_foot = self.set.value(&foot);
+        if (at_foot >= self.set.level()) != is_above {
+            return lone + (foot - lone) * self.set.crossing(&lone, &foot, [value, at_foot]);
         }
         // Between corners above it, a side can dip below the level, and the curve leaves the
         // triangle for a while there. Then it is taken to stand where it leaves or comes back.
         let end = if fraction < 0.5 { first } else { last };
-        foot + (end - foot) * self.set.crossing(&foot, &end)
+        foot + (end - foot) * self.set.crossing(&foot, &end, [at_foot, self.set.value(&end)])
     }
 
     /// Direction of the piece at a place, along its chord.
@@ -335,4 +366,11 @@ impl<'a> Curve<'a> {
         };
         (a.piece..=b.piece).map(bulge).fold(0.0, f64::max)
     }
+}
+
+/// The lone corner of a triangle, and both others, from the side that the curve enters by to the
+/// one that it leaves by: the higher levels are on its left.
+fn in_order(corners: [Point3<f64>; 3], lone: usize, is_above: bool) -> [Point3<f64>; 3] {
+    let [next, last] = [corners[(lone + 1) % 3], corners[(lone + 2) % 3]];
+    if is_above { [corners[lone], next, last] } else { [corners[lone], last, next] }
 }

@@ -33,16 +33,7 @@ impl Edges {
     pub fn of(mesh: &TriMesh) -> Self {
         let triangles = mesh.triangles();
         assert!(triangles.len() <= 1 << 30, "sides are numbered with 32 bits");
-        let mut keyed: Vec<([u32; 2], u32)> = Vec::with_capacity(3 * triangles.len());
-        for (t, v) in triangles.iter().enumerate() {
-            for k in 0..3 {
-                let (a, b) = (v[k], v[(k + 1) % 3]);
-                if a != b {
-                    keyed.push(([a.min(b), a.max(b)], (3 * t + k) as u32));
-                }
-            }
-        }
-        keyed.sort_unstable();
+        let keyed = sides_by_edge(mesh);
         let mut edge_of_side = vec![NO_EDGE; 3 * triangles.len()];
         let mut edges = Vec::new();
         for (place, run) in runs(&keyed) {
@@ -98,6 +89,31 @@ impl Edges {
         let up = sides.iter().filter(|&&s| mesh.triangles()[s as usize / 3][s as usize % 3] == low).count();
         (up, sides.len() - up)
     }
+}
+
+/// Returns the sides between different vertices with these, the lower index first, in rising order.
+fn sides_by_edge(mesh: &TriMesh) -> Vec<([u32; 2], u32)> {
+    let corners = mesh.triangles().as_flattened();
+    let key = |side: usize| {
+        let (a, b) = (corners[side], corners[side - side % 3 + (side + 1) % 3]);
+        [a.min(b), a.max(b)]
+    };
+    let keys = || (0..corners.len()).map(|side| (key(side), side as u32)).filter(|([a, b], _)| a != b);
+    // By the lower vertex at once: few sides have the same one.
+    let mut starts = vec![0; mesh.vertices().len() + 1];
+    keys().for_each(|([low, _], _)| starts[low as usize + 1] += 1);
+    for v in 1..starts.len() {
+        starts[v] += starts[v - 1];
+    }
+    let mut keyed = vec![([0; 2], 0); starts[mesh.vertices().len()]];
+    let mut next = starts.clone();
+    for entry in keys() {
+        let place = &mut next[entry.0[0] as usize];
+        keyed[*place] = entry;
+        *place += 1;
+    }
+    starts.windows(2).for_each(|run| keyed[run[0]..run[1]].sort_unstable());
+    keyed
 }
 
 /// Returns runs of entries with the same key, and where each starts.

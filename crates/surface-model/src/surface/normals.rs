@@ -36,14 +36,15 @@ impl SmoothVertices {
         let mut sets = DisjointSets::new(3 * mesh.triangles().len());
         for (t, facet) in facets.iter().enumerate() {
             for k in 0..3 {
-                let Some((u, j)) = edges.across(mesh, t as u32, k) else { continue };
+                let behind = edges.across(mesh, t as u32, k).filter(|(u, _)| *u as usize > t);
+                let Some((u, j)) = behind else { continue };
                 let smooth = match (facet, &facets[u as usize]) {
                     (Some(a), Some(b)) => a.cross(b).norm().atan2(a.dot(b)) <= crease_angle,
                     // A triangle without area has no normal to compare; it must not separate its
                     // neighbours.
                     _ => true,
                 };
-                if (u as usize) > t && smooth {
+                if smooth {
                     sets.join((3 * t + k) as u32, 3 * u + (j as u32 + 1) % 3);
                     sets.join((3 * t + (k + 1) % 3) as u32, 3 * u + j as u32);
                 }

@@ -1,6 +1,7 @@
 //! The region in columns across the passes: what fronts are planned on.
 
 use nalgebra::Vector3;
+use rayon::prelude::*;
 
 use crate::layout::edge_fill::along::Along;
 use crate::layout::edge_fill::front::Row;
@@ -58,6 +59,11 @@ struct Border {
     /// Distance along a border per gain of level on it, at least 1; infinite where it runs along a
     /// level.
     lean: [f64; 2],
+    /// Whether each of both leans no more than fronts may.
+    is_gentle: [bool; 2],
+    /// Whether the upper border has its peak there: it is steep, and beside it neither higher nor
+    /// as level as fronts.
+    is_peak: bool,
 }
 
 /// Levels of the first pass on a column.
@@ -71,11 +77,17 @@ pub(crate) struct Start {
     pub(crate) is_gentle: bool,
 }
 
-impl Border {
-    /// Whether the lower (0) or upper border (1) leans no more than fronts may.
-    fn is_gentle(&self, k: usize) -> bool {
-        self.lean[k] >= (1.0 / STEEPEST).hypot(1.0)
-    }
+/// One column of the region.
+struct Column {
+    cells: Vec<Cell>,
+    /// `None` where the column is empty.
+    border: Option<Border>,
+    /// Lowest and highest level where it meets the column before it and the one behind it.
+    ends: [[f64; 2]; 2],
+    /// Length that passes as wide as allowed have below each level of the grid, mm.
+    work: Vec<f64>,
+    /// Length of a pass on a level of the grid, mm.
+    lengths: Vec<f64>,
 }
 
 /// The region of a patch, cut into columns of equal width across the passes.
@@ -93,14 +105,7 @@ pub(crate) struct Columns {
     first: f64,
     step: f64,
     n_levels: usize,
-    cells: Vec<Cell>,
-    borders: Vec<Option<Border>>,
-    /// Lowest and highest level where columns meet.
-    between: Vec<[f64; 2]>,
-    /// Length that passes as wide as allowed have below each level of the grid, per column, mm.
-    work: Vec<f64>,
-    /// Length of a pass on a level of the grid, per column, mm.
-    lengths: Vec<f64>,
+    columns: Vec<Column>,
     /// Last level.
     pub(crate) last: f64,
     /// Whether the lower border is the first level on all columns.
@@ -129,7 +134,7 @@ impl Columns {
         sign: f64,
     ) -> Option<Self> {
         let along = Along::of(patch, sections)?;
-        let values: Vec<f64> = patch.mesh.vertices().iter().map(|p| along.value(p)).collect();
+        let values: Vec<f64> = patch.mesh.vertices().par_iter().map(|p| along.value(p)).collect();
         let used = patch.mesh.triangles().iter().flatten().map(|&v| values[v as usize]);
         let (start, end) = used.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(x), b.max(x)));
         if !(end - start).is_finite() || end - start <= 0.0 || last_level <= first_level {
@@ -149,24 +154,45 @@ impl Columns {
             first: first_level,
             step: (last_level - first_level) / n_levels as f64,
             n_levels,
-            cells: vec![Cell::EMPTY; n * n_levels],
-            borders: vec![None; n],
-            between: vec![[f64::INFINITY, f64::NEG_INFINITY]; n + 1],
-            work: vec![0.0; n * (n_levels + 1)],
-            lengths: vec![0.0; n * n_levels],
+            columns: Vec::new(),
             last: last_level,
             starts_at_level: false,
         };
-        for (t, band) in bands.iter().enumerate() {
-            this.add(patch, sections, t, band);
+        // Each column takes its triangles in the same order on any number of threads.
+        let mut triangles = vec![Vec::new(); n];
+        for (t, corners) in patch.mesh.triangles().iter().enumerate() {
+            triangles[this.of_triangle(corners.map(|v| v as usize))].iter_mut().for_each(|at| at.push(t as u32));
         }
-        this.sum_up();
+        let column = |(i, triangles): (usize, &Vec<u32>)| this.column(patch, sections, bands, i, triangles);
+        this.columns = triangles.par_iter().enumerate().map(column).collect();
         this.find_inner_borders();
         Some(this)
     }
 
-    /// Enters a triangle into its columns.
-    fn add(&mut self, patch: &Patch, sections: &Sections, t: usize, band: &Band) {
+    /// The column of an index, with the triangles that reach into it.
+    fn column(&self, patch: &Patch, sections: &Sections, bands: &[Band], i: usize, triangles: &[u32]) -> Column {
+        let mut column = Column {
+            cells: vec![Cell::EMPTY; self.n_levels],
+            border: None,
+            ends: [[f64::INFINITY, f64::NEG_INFINITY]; 2],
+            work: vec![0.0; self.n_levels + 1],
+            lengths: vec![0.0; self.n_levels],
+        };
+        for &t in triangles {
+            self.add(patch, sections, t as usize, &bands[t as usize], i, &mut column);
+        }
+        // The work below each level.
+        let mut sum = 0.0;
+        for w in &mut column.work {
+            sum += *w;
+            *w = sum;
+        }
+        column
+    }
+
+    /// Enters a triangle into a column.
+    fn add(&self, patch: &Patch, sections: &Sections, t: usize, band: &Band, i: usize, column: &mut Column) {
+        let bounds = [self.row.at(i), self.row.at(i + 1)];
         let v = patch.mesh.triangles()[t].map(|v| v as usize);
         let triangle = Polygon::triangle(v.map(|v| [self.values[v], self.sign * patch.levels[v]]));
         let share = slanted_share(patch, sections, &self.along, t, v[0]);
@@ -177,15 +203,10 @@ impl Columns {
         let flat = triangle.area();
         let stretch = if flat > 1e-9 * area { area * band.slope / flat } else { 0.0 };
         // Only the part between the first level and the last is cut.
-        let within = triangle.clip(1, [self.first, self.last]);
-        for i in self.of_triangle(v) {
-            let bounds = [self.row.at(i), self.row.at(i + 1)];
-            let polygon = within.clip(0, bounds);
-            if polygon.corners().is_empty() {
-                continue;
-            }
-            self.enter(i, &polygon, &band, share, stretch);
-            self.border(i, polygon.corners(), bounds, band.limit);
+        let polygon = triangle.clip(1, [self.first, self.last]).clip(0, bounds);
+        if !polygon.corners().is_empty() {
+            self.enter(column, &polygon, &band, share, stretch);
+            self.border(column, polygon.corners(), bounds, band.limit);
         }
     }
 
@@ -196,32 +217,34 @@ impl Columns {
         self.row.interval(from).0..=self.row.interval(to).0
     }
 
-    /// Enters a part of a triangle into one column.
-    fn enter(&mut self, i: usize, polygon: &Polygon, band: &Band, share: f64, stretch: f64) {
+    /// Enters a part of a triangle into the cells of its column.
+    fn enter(&self, column: &mut Column, polygon: &Polygon, band: &Band, share: f64, stretch: f64) {
         let levels = || polygon.corners().iter().map(|c| c[1]);
         let low = levels().fold(f64::INFINITY, f64::min);
         let high = levels().fold(f64::NEG_INFINITY, f64::max);
         let (from, to) = (self.level_index(low), self.level_index(high));
         for k in from..=to {
             let bounds = [k, k + 1].map(|k| self.first + self.step * k as f64);
-            let cell = &mut self.cells[i * self.n_levels + k];
+            let cell = &mut column.cells[k];
             let (low, high) = (low.max(bounds[0]), high.min(bounds[1]));
             let (limit, requested, slope) = (band.limit, band.requested, band.slope * share);
             *cell = cell.least(&Cell { low, high, limit, requested, slope });
             let area = if from == to { polygon.area() } else { polygon.clip(1, bounds).area() };
-            self.work[i * (self.n_levels + 1) + k + 1] += stretch * area / band.limit;
-            self.lengths[i * self.n_levels + k] += stretch * area / self.step;
+            column.work[k + 1] += stretch * area / band.limit;
+            column.lengths[k] += stretch * area / self.step;
         }
     }
 
     /// Widens the borders of a column to a part of a triangle in it.
-    fn border(&mut self, i: usize, polygon: &[[f64; 2]], bounds: [f64; 2], limit: f64) {
+    fn border(&self, column: &mut Column, polygon: &[[f64; 2]], bounds: [f64; 2], limit: f64) {
         let none = [f64::INFINITY, f64::NEG_INFINITY];
-        let border = self.borders[i].get_or_insert(Border {
+        let border = column.border.get_or_insert(Border {
             outer: none,
             limits: [f64::INFINITY; 2],
             inner: none,
             lean: [1.0; 2],
+            is_gentle: [false; 2],
+            is_peak: false,
         });
         for &[x, level] in polygon {
             if level < border.outer[0] {
@@ -230,10 +253,9 @@ impl Columns {
             if level > border.outer[1] {
                 (border.outer[1], border.limits[1]) = (level, limit);
             }
-            for (k, bound) in bounds.into_iter().enumerate() {
+            for (end, bound) in column.ends.iter_mut().zip(bounds) {
                 if (x - bound).abs() <= 1e-9 * self.row.width {
-                    let between = &mut self.between[i + k];
-                    *between = [between[0].min(level), between[1].max(level)];
+                    *end = [end[0].min(level), end[1].max(level)];
                 }
             }
         }
@@ -241,28 +263,45 @@ impl Columns {
 
     /// Finds the inner borders once all triangles are entered.
     fn find_inner_borders(&mut self) {
-        let inset = self.inset();
-        for (border, ends) in self.borders.iter_mut().zip(self.between.windows(2)) {
-            let Some(border) = border else { continue };
-            let cut = |level: f64| level.clamp(self.first, self.last);
+        let (inset, width) = (self.inset(), self.row.width);
+        let [first, last] = [self.first, self.last];
+        let mut ends = vec![[f64::INFINITY, f64::NEG_INFINITY]; self.columns.len() + 1];
+        for (i, column) in self.columns.iter().enumerate() {
+            for (end, met) in ends[i..i + 2].iter_mut().zip(column.ends) {
+                *end = [end[0].min(met[0]), end[1].max(met[1])];
+            }
+        }
+        for (column, ends) in self.columns.iter_mut().zip(ends.windows(2)) {
+            let Some(border) = &mut column.border else { continue };
+            let cut = |level: f64| level.clamp(first, last);
             border.outer = border.outer.map(cut);
             let met = |k: usize| [ends[0][k], ends[1][k]].into_iter().filter(|l| l.is_finite()).map(cut);
             let inner = [met(0).fold(border.outer[0], f64::max), met(1).fold(border.outer[1], f64::min)];
-            border.lean = [0, 1].map(|k| (self.row.width / (inner[k] - border.outer[k]).abs()).hypot(1.0));
+            border.lean = [0, 1].map(|k| (width / (inner[k] - border.outer[k]).abs()).hypot(1.0));
+            border.is_gentle = border.lean.map(|lean| lean >= (1.0 / STEEPEST).hypot(1.0));
             border.inner = [inner[0] + inset, inner[1] - inset];
         }
-        self.starts_at_level = self.borders.iter().flatten().all(|b| b.inner[0] - self.first <= 2.0 * inset);
+        let peaks: Vec<bool> = (0..self.columns.len()).map(|i| self.is_peak(i)).collect();
+        for (border, is_peak) in self.columns.iter_mut().map(|c| &mut c.border).zip(peaks) {
+            border.iter_mut().for_each(|b| b.is_peak = is_peak);
+        }
+        let starts_at_level = self.borders().all(|b| b.inner[0] - first <= 2.0 * inset);
+        self.starts_at_level = starts_at_level;
     }
 
-    /// Sums up the work below each level.
-    fn sum_up(&mut self) {
-        for column in self.work.chunks_mut(self.n_levels + 1) {
-            let mut sum = 0.0;
-            for w in column {
-                sum += *w;
-                *w = sum;
-            }
-        }
+    /// Whether the upper border of a column has its peak there.
+    fn is_peak(&self, i: usize) -> bool {
+        let border_of = |i: usize| self.columns.get(i)?.border.as_ref();
+        let Some(border) = border_of(i) else { return false };
+        let goes_on = |b: &Border| {
+            let gain = b.outer[1] - border.outer[1];
+            gain > self.inset() || b.is_gentle[1] && gain >= -self.inset()
+        };
+        !border.is_gentle[1] && ![i.wrapping_sub(1), i + 1].into_iter().filter_map(border_of).any(goes_on)
+    }
+
+    fn borders(&self) -> impl Iterator<Item = &Border> {
+        self.columns.iter().filter_map(|c| c.border.as_ref())
     }
 
     /// Distance of a pass along a border from it: one exactly on it would be cut in crumbs.
@@ -279,9 +318,8 @@ impl Columns {
     /// column needs no further pass, because the last is within a quarter of a step of the upper
     /// border.
     pub(crate) fn reach(&self, i: usize, level: f64, factor: f64) -> f64 {
-        let Some(border) = &self.borders[i] else { return f64::INFINITY };
-        let is_peak = self.is_peak(i, border);
-        let finished = border.outer[1] - if is_peak { 0.5 } else { 0.25 } * border.limits[1] * factor;
+        let Some(border) = &self.columns[i].border else { return f64::INFINITY };
+        let finished = border.outer[1] - if border.is_peak { 0.5 } else { 0.25 } * border.limits[1] * factor;
         if level >= finished {
             return f64::INFINITY;
         }
@@ -290,21 +328,10 @@ impl Columns {
         let reach = if lower.is_finite() { reach.min(lower).max(border.inner[0].min(lower)) } else { reach };
         // The last pass stays inside along all of a border that it can follow.
         let inside = border.inner[1];
-        let last = if border.is_gentle(1) && inside >= finished { inside } else { f64::INFINITY };
+        let last = if border.is_gentle[1] && inside >= finished { inside } else { f64::INFINITY };
         // Nothing beside a peak ends on it: the last pass crosses it half a strip below.
-        let last = if is_peak { last.min(finished) } else { last };
+        let last = if border.is_peak { last.min(finished) } else { last };
         reach.min(upper).min(last)
-    }
-
-    /// Whether the upper border has its peak on a column: it is steep there, and beside it neither
-    /// higher nor as level as fronts.
-    fn is_peak(&self, i: usize, border: &Border) -> bool {
-        let beside = [i.checked_sub(1), Some(i + 1)].into_iter().flatten();
-        let goes_on = |b: &Border| {
-            let gain = b.outer[1] - border.outer[1];
-            gain > self.inset() || b.is_gentle(1) && gain >= -self.inset()
-        };
-        !border.is_gentle(1) && !beside.filter_map(|i| self.borders.get(i)?.as_ref()).any(goes_on)
     }
 
     /// Whether each place on the borders is within half a strip of a pass, where the passes lie on
@@ -324,7 +351,7 @@ impl Columns {
             };
             begins && ends && laid.windows(2).all(reaches)
         };
-        self.borders.iter().flatten().all(in_column)
+        self.borders().all(in_column)
     }
 
     /// Highest levels of the pass after one at `level` that places on the lower and on the upper
@@ -349,13 +376,13 @@ impl Columns {
     /// Highest level above `level` so that no cell that the step reaches into forbids it, and no
     /// place before a gap of the column is farther than half a strip from the pass at `level`.
     fn march(&self, i: usize, level: f64, factor: f64) -> f64 {
-        let column = &self.cells[i * self.n_levels..(i + 1) * self.n_levels];
+        let column = &self.columns[i];
         let (mut reach, mut narrowest) = (f64::INFINITY, f64::INFINITY);
         let mut top: Option<f64> = None;
-        let is_inside = self.borders[i].as_ref().is_some_and(|border| border.outer[0] < level);
+        let is_inside = column.border.is_some_and(|border| border.outer[0] < level);
         let from = if level < self.first { 0 } else { self.level_index(level) };
         // Where the column has a gap, what is behind it still forbids.
-        for (k, cell) in column.iter().enumerate().skip(from).filter(|(_, cell)| cell.low.is_finite()) {
+        for (k, cell) in column.cells.iter().enumerate().skip(from).filter(|(_, cell)| cell.low.is_finite()) {
             let low = cell.low.max(self.first + self.step * k as f64);
             let before_gap = top.filter(|top| low > top + self.inset() && *top < reach);
             if let Some(top) = before_gap.filter(|top| top - level > 0.5 * narrowest) {
@@ -381,7 +408,7 @@ impl Columns {
     /// between them.
     pub(crate) fn strip(&self, i: usize, levels: [f64; 2], step: f64) -> (f64, bool) {
         let [from, to] = levels.map(|l| self.level_index(l));
-        let cells = self.cells[i * self.n_levels..(i + 1) * self.n_levels][from..=to].iter();
+        let cells = self.columns[i].cells[from..=to].iter();
         let cells = cells.filter(|c| c.low < levels[1]);
         cells.fold((0.0, false), |(way, wide), c| {
             // Rounding of levels up to 1e4 mm is no excess.
@@ -391,10 +418,10 @@ impl Columns {
 
     /// Levels of a column for the first pass; `None` where it is empty.
     pub(crate) fn start(&self, i: usize) -> Option<Start> {
-        self.borders[i].map(|b| Start {
+        self.columns[i].border.map(|b| Start {
             inside: b.inner[0],
             most: b.outer[0] + 0.5 * b.limits[0],
-            is_gentle: b.is_gentle(0),
+            is_gentle: b.is_gentle[0],
         })
     }
 
@@ -405,7 +432,7 @@ impl Columns {
 
     /// Length of a pass on a level of a column, mm; above the last level it is cut on that.
     pub(crate) fn length(&self, i: usize, level: f64) -> f64 {
-        if level < self.first { 0.0 } else { self.lengths[i * self.n_levels + self.level_index(level)] }
+        if level < self.first { 0.0 } else { self.columns[i].lengths[self.level_index(level)] }
     }
 
     /// Length that passes as wide as allowed have between two levels of a column, mm.
@@ -414,10 +441,10 @@ impl Columns {
     }
 
     fn work_below(&self, i: usize, level: f64) -> f64 {
-        let column = &self.work[i * (self.n_levels + 1)..(i + 1) * (self.n_levels + 1)];
+        let work = &self.columns[i].work;
         let way = ((level - self.first) / self.step).clamp(0.0, self.n_levels as f64);
         let k = (way as usize).min(self.n_levels - 1);
-        column[k] + (column[k + 1] - column[k]) * (way - k as f64)
+        work[k] + (work[k + 1] - work[k]) * (way - k as f64)
     }
 }
 
@@ -469,25 +496,33 @@ impl Polygon {
 
     /// The part between two coordinates, of the axis of that index.
     fn clip(&self, axis: usize, [from, to]: [f64; 2]) -> Self {
-        let mut polygon = *self;
-        for (sign, bound) in [(1.0, from), (-1.0, -to)] {
-            let inside = |c: &[f64; 2]| sign * c[axis] - bound;
-            let mut kept = Self { n: 0, corners: [[0.0; 2]; 10] };
-            let corners = polygon.corners();
-            for (k, a) in corners.iter().enumerate() {
-                let b = &corners[(k + 1) % corners.len()];
-                let (ha, hb) = (inside(a), inside(b));
-                if ha >= 0.0 {
-                    kept.push(*a);
-                }
-                if (ha > 0.0 && hb < 0.0) || (ha < 0.0 && hb > 0.0) {
-                    let t = ha / (ha - hb);
-                    kept.push([a[0] + (b[0] - a[0]) * t, a[1] + (b[1] - a[1]) * t]);
-                }
-            }
-            polygon = kept;
+        let reaches_below = self.corners().iter().any(|c| c[axis] < from);
+        let reaches_above = self.corners().iter().any(|c| c[axis] > to);
+        match (reaches_below, reaches_above) {
+            (false, false) => *self,
+            (true, false) => self.clip_below(axis, 1.0, from),
+            (false, true) => self.clip_below(axis, -1.0, -to),
+            (true, true) => self.clip_below(axis, 1.0, from).clip_below(axis, -1.0, -to),
         }
-        polygon
+    }
+
+    /// The part whose coordinate times a sign is not below a bound.
+    fn clip_below(&self, axis: usize, sign: f64, bound: f64) -> Self {
+        let inside = |c: &[f64; 2]| sign * c[axis] - bound;
+        let mut kept = Self { n: 0, corners: [[0.0; 2]; 10] };
+        let corners = self.corners();
+        for (k, a) in corners.iter().enumerate() {
+            let b = corners.get(k + 1).unwrap_or(&corners[0]);
+            let (ha, hb) = (inside(a), inside(b));
+            if ha >= 0.0 {
+                kept.push(*a);
+            }
+            if (ha > 0.0 && hb < 0.0) || (ha < 0.0 && hb > 0.0) {
+                let t = ha / (ha - hb);
+                kept.push([a[0] + (b[0] - a[0]) * t, a[1] + (b[1] - a[1]) * t]);
+            }
+        }
+        kept
     }
 
     /// Adds a corner; rounding can make a sliver more than convex, and what is beyond ten is lost.

@@ -44,18 +44,23 @@ pub(crate) struct Front {
 }
 
 impl Front {
-    /// The level at a coordinate, and its slope.
-    pub(crate) fn at(&self, row: &Row, x: f64) -> (f64, f64) {
+    /// The level at a coordinate.
+    fn level(&self, row: &Row, x: f64) -> f64 {
+        let (i, t) = row.interval(x);
+        let weights = [0.5 * (1.0 - t) * (1.0 - t), 0.5 + t * (1.0 - t), 0.5 * t * t];
+        self.levels[i..i + 3].iter().zip(weights).map(|(c, w)| c * w).sum()
+    }
+
+    /// Slope of the level at a coordinate.
+    fn slope(&self, row: &Row, x: f64) -> f64 {
         let (i, t) = row.interval(x);
         let c = &self.levels[i..i + 3];
-        let weights = [0.5 * (1.0 - t) * (1.0 - t), 0.5 + t * (1.0 - t), 0.5 * t * t];
-        let level = c.iter().zip(weights).map(|(c, w)| c * w).sum();
-        (level, ((c[1] - c[0]) * (1.0 - t) + (c[2] - c[1]) * t) / row.width)
+        ((c[1] - c[0]) * (1.0 - t) + (c[2] - c[1]) * t) / row.width
     }
 
     /// Mean level on an interval.
     pub(crate) fn mean(&self, i: usize) -> f64 {
-        (self.levels[i] + 4.0 * self.levels[i + 1] + self.levels[i + 2]) / 6.0
+        mean(&self.levels[i..i + 3])
     }
 
     /// Least and largest level on an interval, from outside.
@@ -63,6 +68,11 @@ impl Front {
         let c = &self.levels[i..i + 3];
         (c[0].min(c[1]).min(c[2]), c[0].max(c[1]).max(c[2]))
     }
+}
+
+/// Mean level on an interval, by its three coefficients.
+pub(crate) fn mean(levels: &[f64]) -> f64 {
+    (levels[0] + 4.0 * levels[1] + levels[2]) / 6.0
 }
 
 /// A front on its coordinate.
@@ -80,18 +90,18 @@ pub(crate) struct FrontSet<'a> {
 impl FrontSet<'_> {
     /// Level of the sections that the front has at a place.
     pub(crate) fn level(&self, p: &Point3<f64>) -> f64 {
-        self.sign * self.front.at(self.row, self.along.value(p)).0
+        self.sign * self.front.level(self.row, self.along.value(p))
     }
 
     /// Gradient of the level in space.
     pub(crate) fn gradient(&self, p: &Point3<f64>) -> Vector3<f64> {
-        self.along.gradient(p) * (self.sign * self.front.at(self.row, self.along.value(p)).1)
+        self.along.gradient(p) * (self.sign * self.front.slope(self.row, self.along.value(p)))
     }
 
     /// Whether the pass runs over a place.
     pub(crate) fn covers(&self, p: &Point3<f64>) -> bool {
         let x = self.along.value(p);
         let i = self.row.interval(x).0;
-        self.front.span[0] <= i && i <= self.front.span[1] && self.front.at(self.row, x).0 <= self.last
+        self.front.span[0] <= i && i <= self.front.span[1] && self.front.level(self.row, x) <= self.last
     }
 }

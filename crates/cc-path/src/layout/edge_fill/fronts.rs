@@ -1,8 +1,12 @@
 //! Fronts: passes that advance by the local strip width, with partial passes where strips are
 //! narrow at an edge.
 
+use std::sync::OnceLock;
+
+use rayon::prelude::*;
+
 use crate::layout::edge_fill::columns::{Columns, STEEPEST};
-use crate::layout::edge_fill::front::Front;
+use crate::layout::edge_fill::front::{Front, mean};
 
 /// Settings of a plan of fronts.
 #[derive(Clone, Copy, Debug)]
@@ -29,6 +33,9 @@ const BEND: f64 = 8.0;
 
 /// Ends of partial passes that are compared, evenly spread along the passes.
 const ENDS: usize = 16;
+
+/// Candidates that are too few for a thread of their own.
+const FEW: usize = 4;
 
 /// Fronts in the order of cutting, and the length that they take with the cost of each pass, mm.
 pub(crate) struct FrontPlan {
@@ -75,6 +82,7 @@ struct Planner<'a> {
 #[derive(Clone)]
 struct Candidate {
     front: Front,
+    length: f64,
     work: f64,
     cost: f64,
     is_partial: bool,
@@ -97,23 +105,35 @@ impl Sum {
     }
 }
 
+/// Levels up to which all is cut, with what they allow the next pass.
+struct Covered {
+    /// Levels at the coefficients of fronts.
+    levels: Vec<f64>,
+    /// Highest level of the next pass for each coefficient.
+    targets: Vec<f64>,
+    /// Mean level on each column.
+    means: Vec<f64>,
+    /// Largest step from the mean level of each column, once it has been computed.
+    steps: Vec<OnceLock<f64>>,
+}
+
 impl Planner<'_> {
     fn run(&self, most: usize) -> Option<FrontPlan> {
-        let n = self.columns.row.n;
         let first = self.first_front();
-        if self.length(&first) <= 0.0 {
+        let mut covered = self.covered(first.levels.clone(), &[]);
+        let length = self.length(&covered.means, first.span);
+        if length <= 0.0 {
             // The region is thinner than its lower border is uneven.
             return None;
         }
-        let mut covered = first.levels.clone();
-        let mut cost = self.length(&first) + self.settings.pass_cost;
+        let mut cost = length + self.settings.pass_cost;
         let mut fronts = vec![first];
         // Since the last pass that went all along.
         let mut cycle = Sum::default();
         while let Some(next) = self.next(&covered, &cycle) {
-            let reached = after(&next.front, &covered, n);
+            let reached = self.after(&next.front, &covered, None);
             // A step lost in rounding would never end.
-            if fronts.len() >= most || reached == covered {
+            if fronts.len() >= most || reached.levels == covered.levels {
                 return None;
             }
             covered = reached;
@@ -144,30 +164,71 @@ impl Planner<'_> {
         j.saturating_sub(2)..(j + 1).min(self.columns.row.n)
     }
 
+    /// Completes covered levels; what `others` have in common with them is taken from there.
+    fn covered(&self, levels: Vec<f64>, others: &[&Covered]) -> Covered {
+        let target = |j: usize| match others.iter().find(|other| other.levels[j] == levels[j]) {
+            Some(other) => other.targets[j],
+            None => {
+                self.support(j).map(|i| self.columns.reach(i, levels[j], self.factor)).fold(f64::INFINITY, f64::min)
+            }
+        };
+        let targets = (0..levels.len()).map(target).collect();
+        let means = means(&levels);
+        let steps = vec![OnceLock::new(); means.len()];
+        Covered { levels, targets, means, steps }
+    }
+
+    /// Covers levels up to those of a front, where all columns that they have a say on are cut;
+    /// `other` has some of them, too.
+    fn after(&self, front: &Front, covered: &Covered, other: Option<&Covered>) -> Covered {
+        let n = self.columns.row.n;
+        let cut = |j: usize| {
+            let (from, to) = (j.saturating_sub(2), j.min(n - 1));
+            front.span[0] <= from && to <= front.span[1]
+        };
+        let level = |(j, level): (usize, &f64)| if cut(j) { level.max(front.levels[j]) } else { *level };
+        let levels = covered.levels.iter().enumerate().map(level).collect();
+        self.covered(levels, &[covered, other.unwrap_or(covered)])
+    }
+
     /// The next pass, after those since the last that went all along; `None` when all is covered.
-    fn next(&self, covered: &[f64], cycle: &Sum) -> Option<Candidate> {
-        let targets = self.targets(covered);
-        if targets.iter().all(|t| t.is_infinite()) {
+    fn next(&self, covered: &Covered, cycle: &Sum) -> Option<Candidate> {
+        if covered.targets.iter().all(|t| t.is_infinite()) {
             return None;
         }
-        let full = self.candidate(covered, &targets, None)?;
+        let full = self.candidate(covered, &covered.targets, None)?;
         let alone = cycle.and(&full).rate();
-        let sides = [0, 1].map(|side| self.partials(covered, &targets, &full, side));
-        let rate = |partials: &[&Candidate]| self.rate(covered, cycle, partials);
-        let of_side = |side: &'_ [Candidate]| best(side.iter().filter_map(|p| Some((rate(&[p])?, p.clone()))));
-        let [left, right] = [of_side(&sides[0]), of_side(&sides[1])];
+        let sides = [0, 1].map(|side| self.partials(covered, &full, side));
+        // Away from where they join, partial passes are as the full one.
+        let after_full = self.after(&full.front, covered, None);
+        let after = |covered: &Covered, partial: &Candidate| self.after(&partial.front, covered, Some(&after_full));
+        let rate = |covered: &Covered, cycle: &Sum, partial: &Candidate| {
+            let covered = after(covered, partial);
+            let full = self.candidate(&covered, &covered.targets, None)?;
+            Some(cycle.and(partial).and(&full).rate())
+        };
+        let of_side = |side: usize| {
+            let rates: Vec<Option<f64>> =
+                sides[side].par_iter().with_min_len(FEW).map(|p| rate(covered, cycle, p)).collect();
+            best(rates.into_iter().zip(&sides[side]))
+        };
+        let [left, right] = [of_side(0), of_side(1)];
         // A pass that both ends hold back gains nothing from one partial pass.
-        let both = left.as_ref().and_then(|(_, left)| {
-            let apart = sides[1].iter().filter(|right| right.front.span[0] > left.front.span[1]);
-            best(apart.filter_map(|right| Some((rate(&[left, right])?, left.clone()))))
+        let both = left.and_then(|(_, left)| {
+            let (covered, cycle) = (after(covered, left), cycle.and(left));
+            let apart = |right: &Candidate| right.front.span[0] > left.front.span[1];
+            let of_both = |right: &Candidate| apart(right).then(|| rate(&covered, &cycle, right)).flatten();
+            let rates: Vec<Option<f64>> = sides[1].par_iter().with_min_len(FEW).map(of_both).collect();
+            best(rates.into_iter().map(|rate| (rate, left)))
         });
         // It has to gain more than rounding and the grain of the columns.
-        let partial = best([left, right, both].into_iter().flatten()).filter(|(rate, _)| *rate > 1.005 * alone);
-        Some(partial.map_or(full, |(_, partial)| partial))
+        let of_all = [left, right, both].into_iter().flatten().map(|(rate, partial)| (Some(rate), partial));
+        let partial = best(of_all).filter(|(rate, _)| *rate > 1.005 * alone).map(|(_, partial)| partial.clone());
+        Some(partial.unwrap_or(full))
     }
 
     /// Partial passes from an end of the region, in place of a full one.
-    fn partials(&self, covered: &[f64], targets: &[f64], full: &Candidate, side: usize) -> Vec<Candidate> {
+    fn partials(&self, covered: &Covered, full: &Candidate, side: usize) -> Vec<Candidate> {
         if !self.settings.partial_from[side] {
             return Vec::new();
         }
@@ -176,53 +237,36 @@ impl Planner<'_> {
         let holds = |i: &usize| self.columns.holds(*i, full.front.mean(*i));
         let (Some(from), Some(last)) = ((0..n).find(holds), (0..n).rfind(holds)) else { return Vec::new() };
         let beyond = if side == 0 { from } else { n - 1 - last };
-        let reaches = (1..ENDS).map(|k| beyond + (last + 1 - from) * k / ENDS + 1);
-        reaches.filter_map(|reach| self.partial(covered, targets, side, reach)).collect()
-    }
-
-    /// Work per length and cost of some partial passes, the full pass after them, and the passes of
-    /// the cycle before.
-    fn rate(&self, covered: &[f64], cycle: &Sum, partials: &[&Candidate]) -> Option<f64> {
-        let covered = partials.iter().fold(covered.to_vec(), |at, p| after(&p.front, &at, self.columns.row.n));
-        let full = self.candidate(&covered, &self.targets(&covered), None)?;
-        Some(partials.iter().fold(*cycle, |sum, p| sum.and(p)).and(&full).rate())
-    }
-
-    /// Highest level of the next pass for each coefficient.
-    fn targets(&self, covered: &[f64]) -> Vec<f64> {
-        let target = |j: usize| {
-            let reach = |i: usize| self.columns.reach(i, covered[j], self.factor);
-            self.support(j).map(reach).fold(f64::INFINITY, f64::min)
-        };
-        (0..covered.len()).map(target).collect()
+        let reaches = (1..ENDS).into_par_iter().with_min_len(FEW).map(|k| beyond + (last + 1 - from) * k / ENDS + 1);
+        reaches.filter_map(|reach| self.partial(covered, side, reach)).collect()
     }
 
     /// The partial pass from an end of the region over so many coefficients, joined to the passes
     /// before beyond them.
-    fn partial(&self, covered: &[f64], targets: &[f64], from: usize, reach: usize) -> Option<Candidate> {
-        let n = targets.len();
+    fn partial(&self, covered: &Covered, from: usize, reach: usize) -> Option<Candidate> {
+        let n = covered.levels.len();
         let is_within = |j: usize| if from == 0 { j < reach } else { n - j <= reach };
-        let joined: Vec<f64> = (0..n).map(|j| if is_within(j) { targets[j] } else { covered[j] }).collect();
+        let target = |j: usize| if is_within(j) { covered.targets[j] } else { covered.levels[j] };
+        let joined: Vec<f64> = (0..n).map(target).collect();
         let candidate = self.candidate(covered, &joined, Some(from))?;
-        let long_enough = self.length(&candidate.front) >= self.settings.shortest;
+        let long_enough = candidate.length >= self.settings.shortest;
         (long_enough && candidate.front.joins[1 - from]).then_some(candidate)
     }
 
     /// The front below some targets, over the columns where it covers more than has been cut: all
     /// along, or from one end of the region.
-    fn candidate(&self, covered: &[f64], targets: &[f64], partial_from: Option<usize>) -> Option<Candidate> {
+    fn candidate(&self, covered: &Covered, targets: &[f64], partial_from: Option<usize>) -> Option<Candidate> {
         let n = self.columns.row.n;
         let levels = self.smooth(targets);
-        let mut front = Front { levels, span: [0, n - 1], joins: [false; 2] };
-        let before = Front { levels: covered.to_vec(), span: [0, n - 1], joins: [false; 2] };
+        let means = means(&levels);
         let gains = |i: usize| {
-            let (step, at) = (front.mean(i) - before.mean(i), before.mean(i));
-            let allowed = self.columns.reach(i, at, self.factor) - at;
-            allowed.is_finite() && step > COVERED * allowed
+            let at = covered.means[i];
+            let allowed = *covered.steps[i].get_or_init(|| self.columns.reach(i, at, self.factor) - at);
+            allowed.is_finite() && means[i] - at > COVERED * allowed
         };
         let (first, last) = ((0..n).find(|&i| gains(i))?, (0..n).rfind(|&i| gains(i))?);
         let mut span = [first, last];
-        let holds = |i: usize| self.columns.holds(i, front.mean(i));
+        let holds = |i: usize| self.columns.holds(i, means[i]);
         let joins = [(0..first).any(holds), (last + 1..n).any(holds)];
         for side in 0..2 {
             let may = partial_from.map_or(self.settings.may_join[side], |from| side != from);
@@ -230,20 +274,21 @@ impl Planner<'_> {
                 span[side] = if side == 0 { 0 } else { n - 1 };
             }
         }
-        front.span = span;
-        if partial_from.is_none() && self.length(&front) < self.settings.shortest {
-            front.span = [0, n - 1];
+        let mut length = self.length(&means, span);
+        if partial_from.is_none() && length < self.settings.shortest {
+            span = [0, n - 1];
+            length = self.length(&means, span);
         }
-        let [from, to] = front.span;
-        front.joins = [from > 0 && joins[0], to + 1 < n && joins[1]];
-        let work = (from..=to).map(|i| self.columns.work(i, before.mean(i), front.mean(i))).sum();
-        let cost = self.length(&front) + self.settings.pass_cost;
-        Some(Candidate { work, cost, is_partial: partial_from.is_some(), front })
+        let [from, to] = span;
+        let front = Front { levels, span, joins: [from > 0 && joins[0], to + 1 < n && joins[1]] };
+        let work = (from..=to).map(|i| self.columns.work(i, covered.means[i], means[i])).sum();
+        let cost = length + self.settings.pass_cost;
+        Some(Candidate { front, length, work, cost, is_partial: partial_from.is_some() })
     }
 
-    /// Length of the pass on a front, mm.
-    fn length(&self, front: &Front) -> f64 {
-        (front.span[0]..=front.span[1]).map(|i| self.columns.length(i, front.mean(i))).sum()
+    /// Length of a pass over some columns by its mean levels on all, mm.
+    fn length(&self, means: &[f64], [from, to]: [usize; 2]) -> f64 {
+        (from..=to).map(|i| self.columns.length(i, means[i])).sum()
     }
 
     /// The highest levels below the targets with slopes up to the steepest, rounded off at narrow
@@ -257,37 +302,57 @@ impl Planner<'_> {
             let arc = STEEPEST * radius;
             if d < arc { 0.5 * d * d / radius } else { STEEPEST * (d - 0.5 * arc) }
         };
-        let rises: Vec<f64> = (0..targets.len()).map(rise).collect();
-        let finite: Vec<usize> = (0..targets.len()).filter(|&j| targets[j].is_finite()).collect();
-        let mut levels: Vec<f64> = (0..targets.len())
-            .map(|j| finite.iter().map(|&i| targets[i] + rises[i.abs_diff(j)]).fold(f64::INFINITY, f64::min))
-            .collect();
+        // By the distance from the last target to the first and on to the last again: a slice of
+        // them has those from one target to all.
+        let n = targets.len();
+        let rises: Vec<f64> = (1..n).rev().chain(0..n).map(rise).collect();
+        let mut levels = vec![f64::INFINITY; n];
+        let running_most = |most: &mut f64, target: &f64| {
+            *most = most.max(*target);
+            Some(*most)
+        };
+        let most_before: Vec<f64> = targets.iter().scan(f64::NEG_INFINITY, running_most).collect();
+        let mut most_behind: Vec<f64> = targets.iter().rev().scan(f64::NEG_INFINITY, running_most).collect();
+        most_behind.reverse();
+        for (i, target) in targets.iter().enumerate().filter(|(_, target)| target.is_finite()) {
+            // Farther away it is above all targets.
+            let has_say = |d: usize, most: Option<&f64>| most.is_some_and(|most| target + rises[n - 1 + d] < *most);
+            let behind = (1..).map(|k| k * BLOCK).find(|&d| !has_say(d, most_behind.get(i + d))).unwrap_or(n);
+            let before = (1..)
+                .map(|k| k * BLOCK)
+                .find(|&d| !has_say(d, i.checked_sub(d).and_then(|j| most_before.get(j))))
+                .unwrap_or(n);
+            let (from, to) = (i.saturating_sub(before), (i + behind).min(n));
+            for (level, rise) in levels[from..to].iter_mut().zip(&rises[n - 1 + from - i..]) {
+                let risen = target + rise;
+                // Comparisons without NaN, so that several are done at once.
+                *level = if risen < *level { risen } else { *level };
+            }
+        }
         // Crests between two narrow places are taken off: the mean of the neighbours where it is
         // lower.
         for _ in 0..CREST_ROUNDS {
-            let mean = |j: usize| match (levels.get(j.wrapping_sub(1)), levels.get(j + 1)) {
-                (Some(a), Some(b)) => (0.25 * a + 0.5 * levels[j] + 0.25 * b).min(levels[j]),
-                _ => levels[j],
-            };
-            levels = (0..levels.len()).map(mean).collect();
+            let lowered = |w: &[f64]| (0.25 * w[0] + 0.5 * w[1] + 0.25 * w[2]).min(w[1]);
+            let between: Vec<f64> = levels.windows(3).map(lowered).collect();
+            levels[1..n - 1].copy_from_slice(&between);
         }
         levels
     }
 }
 
 /// The first of the candidates with the highest rate.
-fn best(rated: impl Iterator<Item = (f64, Candidate)>) -> Option<(f64, Candidate)> {
+fn best<'a>(rated: impl Iterator<Item = (Option<f64>, &'a Candidate)>) -> Option<(f64, &'a Candidate)> {
+    let rated = rated.filter_map(|(rate, candidate)| Some((rate?, candidate)));
     rated.reduce(|best, next| if next.0 > best.0 { next } else { best })
 }
 
+/// Mean level on each column of a front with these levels.
+fn means(levels: &[f64]) -> Vec<f64> {
+    levels.windows(3).map(mean).collect()
+}
+
+/// Coefficients over which a target is followed at once.
+const BLOCK: usize = 8;
+
 /// Rounds of smoothing of crests; each takes them off over one column more.
 const CREST_ROUNDS: usize = 6;
-
-/// Covered levels after a front: its own, where all columns that they have a say on are cut.
-fn after(front: &Front, covered: &[f64], n: usize) -> Vec<f64> {
-    let cut = |j: usize| {
-        let (from, to) = (j.saturating_sub(2), j.min(n - 1));
-        front.span[0] <= from && to <= front.span[1]
-    };
-    (0..covered.len()).map(|j| if cut(j) { covered[j].max(front.levels[j]) } else { covered[j] }).collect()
-}
