@@ -14,7 +14,8 @@
 //! - [`slack`]: how much more certificates say than there is, at its places, with the mesh tree's
 //!   distance;
 //! - [`chip_trial`]: what chips say that passes take, and what their program takes out of the
-//!   stock.
+//!   stock;
+//! - [`straight_words`]: words of two programs compared.
 
 pub mod brute;
 pub mod chip_trial;
@@ -25,5 +26,6 @@ pub mod paper_machine;
 pub mod read_back;
 pub mod rest_points;
 pub mod slack;
+pub mod straight_words;
 pub mod touch;
 pub mod two_heads;

@@ -316,10 +316,11 @@ fn lengths_found(
         cut: cut_on(task.stock_cell_mm),
         certificates: false,
         holders: None,
+        also: Vec::new(),
     };
     let mut found = lengths_of_program(&read.job, &program.text, &request, stages)?;
     if let Some(called) = &program.called {
-        found.file.map_lines(|line| called.written(line));
+        found.file.map_lines(0, |line| called.written(line));
         (found.file.program, found.file.called_files) = (called.stamp(), called.called_files());
     }
     let faults = found.file.findings.iter().filter(|f| f.kind.is_fault()).count();

@@ -1,6 +1,7 @@
 //! A program with its calls expanded.
 
 use std::cell::OnceCell;
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use facemill_job::failure::Failure;
@@ -13,6 +14,17 @@ use facemill_nc_program::read::ReadError;
 use facemill_nc_subprograms::{ExpandedFile, ExpandedProgram, expand, renumbered};
 
 use crate::files_beside::FilesBeside;
+
+/// Files that calls of a program may mean, besides subprograms in its text.
+#[derive(Clone, Copy, Debug)]
+pub enum CallableFiles<'a> {
+    /// Those in the folder of the program.
+    Beside,
+    /// Those in another folder.
+    InFolder(&'a Path),
+    /// Texts in memory, by file name.
+    Named(&'a BTreeMap<String, Vec<u8>>),
+}
 
 /// A program whose calls were expanded.
 ///
@@ -31,7 +43,22 @@ impl CalledProgram {
     /// # Errors
     /// If calls are nested without end, or the text cannot be read: with the line of the file.
     pub fn of(job: &Job, path: &Path, text: &[u8], dialect: Dialect) -> Result<Option<(Self, Vec<u8>)>, Failure> {
-        let Some((called, text)) = Self::expanded(path, text, dialect)? else { return Ok(None) };
+        Self::of_files(job, path, text, dialect, CallableFiles::Beside)
+    }
+
+    /// Expands the calls of a program as [`CalledProgram::of`] does, with subprograms of these
+    /// files.
+    ///
+    /// # Errors
+    /// As [`CalledProgram::of`].
+    pub fn of_files(
+        job: &Job,
+        path: &Path,
+        text: &[u8],
+        dialect: Dialect,
+        files: CallableFiles<'_>,
+    ) -> Result<Option<(Self, Vec<u8>)>, Failure> {
+        let Some((called, text)) = Self::expanded_files(path, text, dialect, files)? else { return Ok(None) };
         job.read_program(&text, dialect).map_err(|e| called.unread(e))?;
         Ok(Some((called, text)))
     }
@@ -42,16 +69,38 @@ impl CalledProgram {
     /// # Errors
     /// If calls are nested without end: with the line of the file.
     pub fn expanded(path: &Path, text: &[u8], dialect: Dialect) -> Result<Option<(Self, Vec<u8>)>, Failure> {
+        Self::expanded_files(path, text, dialect, CallableFiles::Beside)
+    }
+
+    /// Expands the calls of a program as [`CalledProgram::of_files`] does, without reading the text
+    /// that runs.
+    ///
+    /// # Errors
+    /// As [`CalledProgram::expanded`].
+    pub fn expanded_files(
+        path: &Path,
+        text: &[u8],
+        dialect: Dialect,
+        callable: CallableFiles<'_>,
+    ) -> Result<Option<(Self, Vec<u8>)>, Failure> {
         let name = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy();
-        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        let beside = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        let folder = if let CallableFiles::InFolder(folder) = callable { folder } else { beside };
         // Listed once, and only if something is called.
-        let files_beside = OnceCell::new();
-        let beside = |names: &[String]| {
-            let there: &FilesBeside = files_beside.get_or_init(|| FilesBeside::of(folder));
+        let names_there = OnceCell::new();
+        let file = |names: &[String]| {
+            let there: &FilesBeside = names_there.get_or_init(|| match callable {
+                CallableFiles::Named(texts) => FilesBeside::of_names(texts.keys()),
+                CallableFiles::Beside | CallableFiles::InFolder(_) => FilesBeside::of(folder),
+            });
             let found = there.named(names, dialect == Dialect::LinuxCnc)?;
-            Some((found.to_owned(), files::read(&folder.join(found)).ok()?))
+            let text = match callable {
+                CallableFiles::Named(texts) => texts.get(found)?.clone(),
+                CallableFiles::Beside | CallableFiles::InFolder(_) => files::read(&folder.join(found)).ok()?,
+            };
+            Some((found.to_owned(), text))
         };
-        let expanded = expand(text, &name, dialect, &beside).map_err(|e| Failure::input(path, e))?;
+        let expanded = expand(text, &name, dialect, &file).map_err(|e| Failure::input(path, e))?;
         let Some(mut expanded) = expanded else { return Ok(None) };
         let text = std::mem::take(&mut expanded.text);
         Ok(Some((Self { path: path.to_owned(), expanded }, text)))
@@ -141,6 +190,12 @@ impl CalledProgram {
     /// Gives results of the text that runs the lines of the written files, and names these.
     pub fn complete(&self, file: &mut VerificationFile) {
         file.map_lines(|line| self.written(line));
+        for reason in &mut file.times.no_law_because {
+            reason.place(|line| {
+                let (file, line) = self.expanded.place(self.written(line));
+                (file.to_owned(), line)
+            });
+        }
         file.program = self.stamp();
         file.called_files = self.called_files();
     }

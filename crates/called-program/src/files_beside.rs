@@ -14,9 +14,20 @@ impl FilesBeside {
         let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
         let regular = entries.filter(|entry| entry.file_type().is_ok_and(|kind| kind.is_file()));
         for name in regular.filter_map(|entry| entry.file_name().into_string().ok()) {
-            files.0.entry(name.to_ascii_lowercase()).or_default().push(name);
+            files.add(name);
         }
         files
+    }
+
+    /// Returns files of these names.
+    pub(crate) fn of_names<'a>(names: impl Iterator<Item = &'a String>) -> Self {
+        let mut files = Self::default();
+        names.for_each(|name| files.add(name.clone()));
+        files
+    }
+
+    fn add(&mut self, name: String) {
+        self.0.entry(name.to_ascii_lowercase()).or_default().push(name);
     }
 
     /// Returns the file that has the first of these names that exists: in this case, else, where

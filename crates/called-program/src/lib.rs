@@ -15,4 +15,4 @@
 mod called_program;
 mod files_beside;
 
-pub use called_program::CalledProgram;
+pub use called_program::{CallableFiles, CalledProgram};

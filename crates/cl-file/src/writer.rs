@@ -8,15 +8,15 @@ use facemill_nc_program::SpindleSpec;
 use facemill_nc_program::WriteError;
 use facemill_nc_program::words::number_text;
 
-/// Decimals of tip coordinates, mm: the written tip is at most 0.09e-6 mm from the given one. One
-/// less is 0.9e-6 mm, and leaves nothing of a millionth for the axis.
-const TIP_DECIMALS: u8 = 7;
+/// Decimals of tip coordinates, mm: the written tip is at most 0.9e-9 mm from the given one. With
+/// seven it is 0.09e-6 mm, which turns the last of six decimals of every tenth word.
+const TIP_DECIMALS: u8 = 9;
 
-/// Decimals of axis components: the written axis is at most 0.9e-10 rad from the given one, which
-/// moves an axis of the machine 1 m away by 0.09e-6 mm, and by less than 0.9e-6 mm down to 6° from
-/// the pole, where the axis nearest to the workpiece turns ten times as far. One less is 0.9e-6 mm
-/// even at a right angle.
-const AXIS_DECIMALS: u8 = 10;
+/// Decimals of axis components: the written axis is at most 0.9e-12 rad from the given one, which
+/// moves an axis of the machine 1 m away by 0.9e-9 mm, and by less than 0.9e-6 mm down to 0.06° from
+/// the pole, where the axis nearest to the workpiece turns a thousand times as far. With ten it is
+/// 0.9e-6 mm at 6° from the pole.
+const AXIS_DECIMALS: u8 = 12;
 
 /// Decimals of the measures of the cutter, mm.
 const CUTTER_DECIMALS: u8 = 5;
@@ -24,14 +24,14 @@ const CUTTER_DECIMALS: u8 = 5;
 /// Number of columns of a statement; longer ones are continued behind `$`.
 const LINE_LENGTH: usize = 72;
 
-/// Writes the APT file, with `\n` line ends: tip (1e-7 mm) and axis (1e-10) in the workpiece frame,
+/// Writes the APT file, with `\n` line ends: tip (1e-9 mm) and axis (1e-12) in the workpiece frame,
 /// tip feeds in mm/min. Axis values of a machine from its points are within 1e-6 mm of those from
-/// the given ones, with the tip up to 1 m from its rotary axes and away from its pole.
+/// the given ones, with the tip up to 1 m from its rotary axes and 0.06° from its pole.
 ///
 /// # Errors
 /// When a number is not finite or too large, or a feed or speed is not positive.
 pub fn write_apt(spec: &AptSpec) -> Result<String, WriteError> {
-    let mut writer = AptWriter { text: String::with_capacity(256 + 90 * spec.moves.len()), feed: None };
+    let mut writer = AptWriter { text: String::with_capacity(256 + 110 * spec.moves.len()), feed: None };
     writer.header(spec)?;
     for (index, step) in spec.moves.iter().enumerate() {
         match step {

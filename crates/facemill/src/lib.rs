@@ -166,7 +166,7 @@ pub mod formats {
     pub use facemill_job::format::made_from::{InputFile, MadeFrom};
     pub use facemill_job::format::moved_job::moved_job;
     pub use facemill_job::format::program_stamp::{ProgramStamp, checksum};
-    pub use facemill_job::format::program_times::ProgramTimes;
+    pub use facemill_job::format::program_times::{NoLawReason, ProgramTimes};
     pub use facemill_job::format::summary_file::{
         JoinedProgramSummary, JoinedSectionSummary, SUMMARY_FORMAT, SetupSummary, SummaryFile,
     };

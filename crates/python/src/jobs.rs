@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
+use facemill::called_program::{CallableFiles, CalledProgram};
 use facemill::feeds::{FeedLaw, FeedRewriteSettings, TipFeed};
 use facemill::file_format::{from_json, to_json};
 use facemill::job_file::{JobFile, STOCK_TOLERANCE};
@@ -95,10 +96,11 @@ pub fn write_plan(py: Python<'_>, folder: PathBuf, all: BTreeMap<String, Vec<u8>
     py.detach(|| files::write_plan(&folder, &all)).map_err(|failure| raised(py, &failure))
 }
 
-/// Runs a program in a job's setup; returns the content of `verification.json`.
+/// Runs a program in a job's setup, with subprograms of its text and of files in memory or of a
+/// folder in place of their calls; returns the content of `verification.json`.
 ///
 /// # Errors
-/// As [`verify_program`].
+/// As [`CalledProgram::of_files`] and [`verify_program`].
 #[pyfunction]
 #[expect(clippy::too_many_arguments, reason = "options by name in Python")]
 pub fn verify(
@@ -110,20 +112,34 @@ pub fn verify(
     dialect: Option<&str>,
     certificates: bool,
     stock_cell_mm: Option<f64>,
+    subprograms: BTreeMap<String, Vec<u8>>,
+    subprogram_folder: Option<PathBuf>,
 ) -> PyResult<String> {
     let dialect = dialect.map(dialect_of).transpose()?;
     let file = interruptible(py, |stages| {
         let job = job.read()?;
         check_setup(&job, setup)?;
+        let dialect = dialect.unwrap_or_else(|| job.post.dialect());
         let request = VerifyRequest {
             setup,
             certificates,
             time_law: true,
             cut: stock_cell_mm.map(|cell| CutRequest::on_lines(cell, STOCK_TOLERANCE)),
-            ..VerifyRequest::new(&name, dialect.unwrap_or_else(|| job.post.dialect()))
+            ..VerifyRequest::new(&name, dialect)
         };
-        let mut verified = verify_program(&job, &program, &request, stages)?;
+        let callable = match &subprogram_folder {
+            Some(folder) => CallableFiles::InFolder(folder),
+            None => CallableFiles::Named(&subprograms),
+        };
+        let (called, text) = match CalledProgram::of_files(&job, &name, &program, dialect, callable)? {
+            Some((called, text)) => (Some(called), text),
+            None => (None, program),
+        };
+        let mut verified = verify_program(&job, &text, &request, stages)?;
         verified.complete([]);
+        if let Some(called) = &called {
+            called.complete(&mut verified.file);
+        }
         Ok(verified.file)
     })?;
     let faults = file.verification.faults().count();

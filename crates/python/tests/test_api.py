@@ -155,6 +155,48 @@ def test_verify_finds_a_cut_that_is_too_deep() -> None:
         facemill.verify("G1 X)(", job, files=files, name="nc.txt")
 
 
+def with_a_call(program: str) -> tuple[str, str]:
+    """Returns the program with three of its cuts in the subprogram O2999, and this."""
+    lines = program.splitlines()
+    is_cut = [" X" in f" {line}" and not {"G0", "G00"} & set(line.split()) for line in lines]
+    at = next(k for k in range(len(lines)) if all(is_cut[k : k + 6])) + 2
+    main = [*lines[:at], "M98 P2999", *lines[at + 3 :]]
+    sub = ["%", "O2999", *lines[at : at + 3], "M99", "%"]
+    return "\n".join(main) + "\n", "\n".join(sub) + "\n"
+
+
+def test_verify_expands_called_subprograms(tmp_path: Path) -> None:
+    job, files = small_job()
+    program = facemill.plan(job, files=files, verify=False).program
+    main, sub = with_a_call(program)
+    flat = facemill.verify(program, job, files=files).to_dict()
+    # A call whose subprogram is nowhere stays, and is a finding.
+    alone = facemill.verify(main, job, files=files)
+    assert not alone.is_clean and alone.called_files == []
+    (tmp_path / "O2999.nc").write_text(sub)
+    for given in [{"O2999.nc": sub}, {"o2999.NC": sub.encode()}, tmp_path]:
+        called = facemill.verify(main, job, files=files, subprograms=given)
+        assert called.is_clean, called.findings
+        values = called.to_dict()
+        assert values["times"] == flat["times"] and values["verification"] == flat["verification"]
+        [file] = called.called_files
+        assert file["file"].lower() == "o2999.nc" and file["first_line"] == len(main.splitlines()) + 1
+    # A subprogram in the text of the program needs no file: one that calls goes before the end.
+    own = facemill.verify(main.rstrip("%\n") + "\n" + sub.removeprefix("%\n"), job, files=files)
+    assert own.is_clean and own.called_files == []
+    # A fault of the file has its line, which counts on behind the program.
+    lines = sub.splitlines()
+    lines[3] = "G1 Z-900."
+    found = facemill.verify(main, job, files=files, subprograms={"O2999.nc": "\n".join(lines)})
+    line = called.called_files[0]["first_line"] + 3
+    assert line in {f["worst_line"] for f in found.findings if "worst_line" in f}
+    with pytest.raises(facemill.Error, match="nc/O2999.nc.*line 4"):
+        lines[3] = "G1 X)("
+        facemill.verify(main, job, files=files, name="nc/main.nc", subprograms={"O2999.nc": "\n".join(lines)})
+    with pytest.raises(facemill.Error, match="is no folder"):
+        facemill.verify(main, job, files=files, subprograms=tmp_path / "O2999.nc")
+
+
 PROGRAM = """\
 G21 G90 G94
 G54

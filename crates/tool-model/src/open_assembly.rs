@@ -51,6 +51,8 @@ pub struct OpenAssembly {
     file: ToolFile,
     /// Shortest stick-out of a rigid holder, mm.
     rigid_from: Option<f64>,
+    /// Lengths that are never less, mm.
+    least: Lengths,
 }
 
 /// An assembly with lengths, and on which of them each of its bodies rides.
@@ -72,14 +74,21 @@ impl OpenAssembly {
     /// A tool whose four lengths are open.
     #[must_use]
     pub fn open(tool: &ToolAssembly) -> Self {
-        Self { file: tool.to_file(), rigid_from: None }
+        Self { file: tool.to_file(), rigid_from: None, least: [0.0; 4] }
     }
 
     /// A tool whose stick-out alone is open, from the shortest upward (mm): its flute stays, and
     /// its holder is as it is.
     #[must_use]
     pub fn with_rigid_holder(tool: &ToolAssembly, shortest: f64) -> Self {
-        Self { file: tool.to_file(), rigid_from: Some(shortest) }
+        Self { file: tool.to_file(), rigid_from: Some(shortest), least: [0.0; 4] }
+    }
+
+    /// Returns it with lengths that are never less than these, mm: what something else needs of the
+    /// same tool. Of a rigid holder only the stick-out counts.
+    #[must_use]
+    pub fn at_least(self, least: Lengths) -> Self {
+        Self { least, ..self }
     }
 
     /// The lengths of the file, mm.
@@ -100,6 +109,7 @@ impl OpenAssembly {
     pub fn rest(&self, lengths: &mut Lengths) {
         let f = &self.file;
         let kept: f64 = f.body.sections.iter().rev().skip(1).map(|s| s.length_mm).sum();
+        lengths.iter_mut().zip(self.least).for_each(|(length, least)| *length = length.max(least));
         if let Some(shortest) = self.rigid_from {
             lengths[0] = f.flute_length_mm;
             lengths[1] = lengths[1].max(lengths[0] + kept).max(shortest);

@@ -7,7 +7,7 @@ use facemill_inverse_kinematics::Machine;
 use facemill_job::failure::Failure;
 use facemill_job::format::job_file::{OperationFile, SetupFile};
 use facemill_job::format::program_stamp::ProgramStamp;
-use facemill_job::format::program_times::ProgramTimes;
+use facemill_job::format::program_times::{NoLawReason, ProgramTimes};
 use facemill_job::format::report::deviation::DeviationReport;
 use facemill_job::format::report::efficiency::EfficiencyReport;
 use facemill_job::format::report::stock::StockReport;
@@ -433,7 +433,7 @@ impl VerificationRun<'_> {
     fn times(&self, views: &[(&Machine, f64)], scene: &Scene<'_>, found: &mut RunResults) -> ProgramTimes {
         let constant = [found.verification.cutting_time_s, found.verification.rapid_time_s];
         if !self.request.time_law {
-            return ProgramTimes::constant(constant, vec!["not requested".to_owned()]);
+            return ProgramTimes::constant(constant, vec![NoLawReason::Text("not requested".to_owned())]);
         }
         let _timing = self.stages.start(TIMES, 0);
         let (dialect, rapids) = (self.request.dialect, self.program.rtcp_rapids);

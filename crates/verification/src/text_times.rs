@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use facemill_feedrate::{FeedLimit, rapid_time};
 use facemill_inverse_kinematics::Machine;
-use facemill_job::format::program_times::ProgramTimes;
+use facemill_job::format::program_times::{NoLawReason, ProgramTimes};
 use facemill_nc_program::Dialect;
 use facemill_nc_program::dialect::{ControlMotion, RtcpRapids};
 use facemill_nc_program::read::{MotionKind, ProgramReader};
@@ -58,15 +58,17 @@ pub fn times_of_text(
     let machine = at.machine;
     let missing = missing_limits(machine);
     if !missing.is_empty() {
-        return ProgramTimes::constant(constant, missing.iter().map(ToString::to_string).collect());
+        let missing = missing.iter().map(|limit| NoLawReason::Text(limit.to_string()));
+        return ProgramTimes::constant(constant, missing.collect());
     }
-    let laws = motions(at, written, &BTreeMap::new()).and_then(|motions| match motions.not_followed {
+    let text = |why: String| NoLawReason::Text(format!("unknown within acceleration: {why}"));
+    let laws = motions(at, written, &BTreeMap::new()).map_err(text).and_then(|motions| match motions.not_followed {
         Some(why) => Err(why),
-        None => Ok((motions.laws(views, machine, written.control)?, motions.meant)),
+        None => Ok((motions.laws(views, machine, written.control).map_err(text)?, motions.meant)),
     });
     let (laws, meant) = match laws {
         Ok(known) => known,
-        Err(why) => return ProgramTimes::constant(constant, vec![format!("unknown within acceleration: {why}")]),
+        Err(why) => return ProgramTimes::constant(constant, vec![why]),
     };
     let mut sums = [0.0; 2];
     for (time, meant) in laws.iter().flat_map(|law| &law.times).zip(&meant) {
@@ -85,7 +87,7 @@ pub struct Motions {
     /// Time of all rapids at the axes' largest velocities, s.
     pub rapid_time: f64,
     /// The first motion of unknown path or feed.
-    pub not_followed: Option<String>,
+    pub not_followed: Option<NoLawReason>,
     /// Frame of coordinates under RTCP.
     pub frame: Option<Isometry3<f64>>,
 }
@@ -112,6 +114,7 @@ pub fn motions(
 ) -> Result<Motions, String> {
     let view = (at.machine, at.tool_length);
     let mut all = Motions { frame: at.frame, ..Motions::default() };
+    let unknown = |line: u32, why: &str| NoLawReason::Line { file: None, line, why: why.to_owned() };
     let mut follower = MotionReader::new(at, written.dialect, written.rapids);
     let mut reader = ProgramReader::new(written.dialect);
     for line in written.text.split_inclusive(|byte| *byte == b'\n') {
@@ -140,23 +143,22 @@ pub fn motions(
             }
             Ok(AxisMotion::Cut(cut)) => {
                 if cut.time.is_none() && !cut.is_free() {
-                    all.not_followed.get_or_insert_with(|| format!("line {} cuts without a feed", block.line));
+                    all.not_followed.get_or_insert_with(|| unknown(block.line, " cuts without a feed"));
                 }
                 all.moves.cut(&cut, cut.time.unwrap_or(0.0));
-                let unknown = Meant { line: block.line, kind: MoveKind::Approach, limit: None };
-                all.meant.push(planned.get(&block.line).copied().unwrap_or(unknown));
+                let meant = Meant { line: block.line, kind: MoveKind::Approach, limit: None };
+                all.meant.push(planned.get(&block.line).copied().unwrap_or(meant));
             }
             Ok(AxisMotion::None) => {}
             Ok(AxisMotion::Other(_)) => {
                 all.moves.stop();
-                all.not_followed.get_or_insert_with(|| {
-                    format!("line {} is not a straight move between known positions", block.line)
-                });
+                let why = " is not a straight move between known positions";
+                all.not_followed.get_or_insert_with(|| unknown(block.line, why));
             }
             Err(why) => {
                 follower.forget();
                 all.moves.stop();
-                all.not_followed.get_or_insert_with(|| format!("line {}: {why}", block.line));
+                all.not_followed.get_or_insert_with(|| unknown(block.line, &format!(": {why}")));
             }
         }
         if stops {

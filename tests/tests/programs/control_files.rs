@@ -10,9 +10,11 @@ use facemill::nc_program::read::{AxisAt, MotionKind};
 use facemill::nc_program::{Dialect, read_program};
 use facemill::setup_programs::control_tables;
 use facemill_test_kit::{linuxcnc_interpreter, run_linuxcnc};
+use facemill_tests::calls::with_a_call;
 use facemill_tests::commands::facemill_in;
 use facemill_tests::golden::{CONTROLS, two_heads};
 use facemill_tests::jobs::JobFolder;
+use facemill_tests::oracles::straight_words::{assert_same_words, straight_words};
 use facemill_tests::program::{code_and_errors, run};
 use facemill_tests::variants::blink_patch;
 use serde_json::{Value, json};
@@ -407,6 +409,24 @@ fn subprograms_that_a_control_has_not_are_refused() {
     assert!(result.is_refused_for(&["post.subprograms", "1001 to", "first_number"]), "{}", result.errors);
 }
 
+/// A program without a time by the law of motion names the line that has none: in a subprogram with
+/// its file.
+#[test]
+fn a_line_of_a_subprogram_without_a_time_is_named_with_its_file() {
+    let job = blink_of("fanuc");
+    planned(&job);
+    let [main, sub] = with_a_call(&text_of(&job, "out/program.nc"));
+    job.write("main.nc", main.as_bytes());
+    let mut lines: Vec<&str> = sub.lines().collect();
+    lines.insert(4, "G2 X0. Y0. R900.");
+    job.write("O2999.nc", (lines.join("\n") + "\n").as_bytes());
+    let result = facemill_in(&job, "verify ./main.nc --job job.json -o ./found.json");
+    let why = "unknown within acceleration: O2999.nc: line 5 is not a straight move";
+    assert!(result.printed.contains(&format!("least times       {why}")), "{}{}", result.printed, result.errors);
+    let reasons = job.json("found.json")["times"]["no_law_because"].clone();
+    assert!(reasons[0].as_str().is_some_and(|reason| reason.starts_with(why)), "{reasons}");
+}
+
 /// Plants a cut into the part in the last subprogram, and asserts that it is found at its line.
 fn planted_fault_is_found(job: &JobFolder, dialect: &str, main: &str, sub: &str) {
     let path = format!("out/{sub}");
@@ -480,22 +500,8 @@ fn nothing_of_an_earlier_plan_stays() {
     assert_eq!(left, ["O2999.nc"]);
 }
 
-/// Words of every straight motion of a program.
-fn words(text: &str) -> Vec<(bool, BTreeMap<String, f64>)> {
-    let program = read_program(text, Dialect::Fanuc).expect("a program");
-    let moves = program.motions().filter(|(_, m)| matches!(m.kind, MotionKind::Linear | MotionKind::Rapid));
-    let of = |m: &facemill::nc_program::read::ReadMotion| {
-        let at = m.position.iter().filter_map(|(letter, at)| match at {
-            AxisAt::Word(word) => Some((letter.to_string(), word)),
-            _ => None,
-        });
-        (m.kind == MotionKind::Rapid, at.collect())
-    };
-    moves.map(|(_, m)| of(m)).collect()
-}
-
 /// The APT file of all tools names tools and operations, and leads to the axis positions of the
-/// program with all tools: to a unit of the last of six decimals, which rounding may turn by one.
+/// program with all tools.
 #[test]
 fn the_apt_file_of_a_setup_leads_to_its_axis_positions() {
     let job = job_of("fanuc", &[("/post/decimals", json!({"linear": 6, "rotary": 6, "feed": 1, "inverse_time": 3}))]);
@@ -542,14 +548,7 @@ fn the_apt_file_of_a_setup_leads_to_its_axis_positions() {
     assert_eq!(code, 0, "{}{errors}", String::from_utf8_lossy(&output.stdout));
     let posted = text_of(&job, "posted.nc");
     assert!(["(AGAIN)", "(THIRD)", "S777 M3", "T7 M6"].iter().all(|word| posted.contains(word)), "{posted}");
-    let (of_plan, of_post) = (words(&text_of(&job, "out/program.nc")), words(&posted));
-    assert_eq!(of_plan.len(), of_post.len());
-    for ((is_rapid, planned), (also_rapid, posted)) in of_plan.iter().zip(&of_post) {
-        assert_eq!(is_rapid, also_rapid);
-        for (axis, value) in planned {
-            assert!((value - posted[axis]).abs() < 1.5e-6, "{axis}: {value} and {}", posted[axis]);
-        }
-    }
+    assert_same_words(&straight_words(&text_of(&job, "out/program.nc")), &straight_words(&posted));
 }
 
 /// On a machine with two heads the table has the tools of both, and the offset all axes.

@@ -1,14 +1,13 @@
 //! `facemill post`: plans and files of others posted on the command line.
 
-use std::collections::BTreeMap;
 use std::path::Path;
 
 use facemill::cl_file::read_apt;
 use facemill::inverse_kinematics::{self, AxisKind, AxisValues, Machine};
-use facemill::nc_program::read::{AxisAt, MotionKind};
-use facemill::nc_program::{Dialect, read_program};
+use facemill::nc_program::Dialect;
 use facemill_test_kit::{linuxcnc_interpreter, run_linuxcnc};
 use facemill_tests::jobs::{JobFolder, small_patch, small_patch_planned, text_of};
+use facemill_tests::oracles::straight_words::{assert_same_words, straight_words};
 use facemill_tests::program::{code_and_errors, run};
 use nalgebra::Vector3;
 use serde_json::{Value, json};
@@ -33,21 +32,6 @@ fn post(job: &JobFolder, cl: &str, options: &[&str]) -> (i32, String, String) {
     (code, String::from_utf8_lossy(&output.stdout).into_owned(), errors)
 }
 
-/// Words of every straight motion of a program.
-fn words(text: &[u8]) -> Vec<(bool, BTreeMap<String, f64>)> {
-    let program = read_program(text, Dialect::Fanuc).expect("a program");
-    let moves = program.motions().filter(|(_, m)| matches!(m.kind, MotionKind::Linear | MotionKind::Rapid));
-    moves
-        .map(|(_, m)| {
-            let at = m.position.iter().filter_map(|(letter, at)| match at {
-                AxisAt::Word(word) => Some((letter.to_string(), word)),
-                _ => None,
-            });
-            (m.kind == MotionKind::Rapid, at.collect())
-        })
-        .collect()
-}
-
 /// A folder with the tool of a short file, and the file.
 fn short_file(text: &str) -> JobFolder {
     let job = small_patch();
@@ -59,8 +43,7 @@ const SHORT: &str = "PARTNO/SHORT\nMULTAX/ON\nLOADTL/1\nSPINDL/1200,RPM,CLW\nRAP
                      GOTO/0,0,50\nGOTO/20,0,50,0.2,0,1\nRAPID\nGOTO/20,0,90\nFINI\n";
 
 /// The APT file of a plan leads to the axis positions of the plan on the same machine, and its
-/// program is verified against the part. The APT file has enough decimals for the positions to
-/// agree to the last of six decimals, which rounding may turn by one.
+/// program is verified against the part.
 #[test]
 fn the_apt_file_of_a_plan_leads_to_its_axis_positions() {
     let job = small_patch();
@@ -79,16 +62,8 @@ fn the_apt_file_of_a_plan_leads_to_its_axis_positions() {
         "{}",
         proofs["certified"]
     );
-    let (of_plan, of_post) = (words(program.as_bytes()), words(&std::fs::read(job.path("posted.nc")).unwrap()));
-    assert_eq!(of_plan.len(), of_post.len());
-    let mut worst = 0.0_f64;
-    for ((is_rapid, planned), (also_rapid, posted)) in of_plan.iter().zip(&of_post) {
-        assert_eq!(is_rapid, also_rapid);
-        for (axis, value) in planned {
-            worst = worst.max((value - posted[axis]).abs());
-        }
-    }
-    assert!(worst < 1.5e-6, "{worst}");
+    let posted = std::fs::read_to_string(job.path("posted.nc")).expect("a program");
+    assert_same_words(&straight_words(&program), &straight_words(&posted));
 }
 
 /// The APT file of a plan goes to every control on three kinds of machines, and is what it says
@@ -163,7 +138,7 @@ fn a_posted_program_and_its_report_are_written() {
     assert_eq!(code, 0, "{printed}{errors}");
     assert!(printed.contains("NOT CHECKED AGAINST A PART"), "{printed}");
     // Words are coordinates of the file while no axis is turned.
-    let words = words(&std::fs::read(job.path("posted.nc")).unwrap());
+    let words = straight_words(&std::fs::read_to_string(job.path("posted.nc")).unwrap());
     let at = |x: f64, z: f64| words.iter().any(|(_, w)| w.get("X") == Some(&x) && w.get("Z") == Some(&z));
     assert!(at(0.0, 60.0) && at(0.0, 50.0), "{words:?}");
     let report = job.json("posted.post.json");

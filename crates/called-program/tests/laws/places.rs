@@ -1,8 +1,9 @@
 //! Lines of the text that runs, and the files that they are in.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use facemill_called_program::CalledProgram;
+use facemill_called_program::{CallableFiles, CalledProgram};
 use facemill_nc_program::Dialect;
 
 /// A folder with a main program that calls a file twice, and a subprogram of its own.
@@ -41,6 +42,32 @@ fn lines_are_those_of_the_named_files() {
     assert_eq!((file.program.file.as_str(), file.first_line), ("o0007.NC", 13));
     assert_eq!(called.stamp().file, "main.nc");
     std::fs::remove_dir_all(folder).expect("removed");
+}
+
+/// Subprograms in memory, or in a folder of their own, are expanded as those beside the program;
+/// without them only those of the program's text are.
+#[test]
+fn subprograms_may_be_in_memory_or_in_another_folder() {
+    let folder = folder("elsewhere");
+    let (beside, text) = called(&folder);
+    let named = BTreeMap::from([("o0007.NC".to_owned(), CALLED.as_bytes().to_vec()), ("other".to_owned(), vec![b'%'])]);
+    let path = Path::new("nowhere/main.nc");
+    let expanded = |callable: CallableFiles<'_>| {
+        let found = CalledProgram::expanded_files(path, MAIN.as_bytes(), Dialect::Fanuc, callable).expect("no fault");
+        let (called, text) = found.expect("calls");
+        (called, String::from_utf8(text).expect("text"))
+    };
+    for callable in [CallableFiles::Named(&named), CallableFiles::InFolder(&folder)] {
+        let (called, of_these) = expanded(callable);
+        assert_eq!((called.called_files(), &of_these), (beside.called_files(), &text), "{callable:?}");
+        assert_eq!(called.place(4), (PathBuf::from("nowhere/o0007.NC"), 3));
+    }
+    std::fs::remove_dir_all(&folder).expect("removed");
+    for callable in [CallableFiles::Beside, CallableFiles::Named(&BTreeMap::new())] {
+        let (called, of_text) = expanded(callable);
+        assert!(called.called_files().is_empty() && of_text.matches("M98 P7").count() == 2, "{callable:?}: {of_text}");
+        assert!(of_text.contains("X9.") && !of_text.contains("M98 P2"), "{of_text}");
+    }
 }
 
 /// Every run of lines is there, in order, and the checksums of the written files.

@@ -5,6 +5,7 @@ mod kit;
 mod linuxcnc_interpreter;
 mod paths;
 mod refused;
+mod round_trip;
 mod shared_files;
 mod statements;
 mod tools;

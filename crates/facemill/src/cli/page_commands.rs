@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::{ArgGroup, Args};
-use facemill::formats::{MadeFrom, ProgramStamp};
+use facemill::formats::ProgramStamp;
 use facemill::job::validate::setup_names::file_stem;
 use facemill::job_file::STOCK_TOLERANCE;
 use facemill::planner::{ReadSetup, posture_maps};
@@ -23,6 +23,7 @@ use serde_json::Value;
 use crate::cli::arguments::ad_hoc_setup::StandArguments;
 use crate::cli::arguments::called_files::expand_in_place;
 use crate::cli::arguments::option_lengths::above_zero;
+use crate::cli::arguments::plan_folder::{check_inputs, check_program, program_of, reports_in};
 use crate::cli::arguments::program::{ProgramArguments, ProgramOfJob};
 use crate::cli::output::say;
 use crate::cli::progress::Progress;
@@ -338,46 +339,6 @@ fn page_names(suffix: &str) -> [String; 2] {
     [format!("report{suffix}.html"), format!("setup-sheet{suffix}.html")]
 }
 
-/// Returns the reports of a folder with the parts of their names behind `report`, in order.
-fn reports_in(folder: &Path) -> Result<Vec<(String, Value)>, Failure> {
-    let entries = std::fs::read_dir(folder).map_err(|source| Failure::Read { file: folder.to_owned(), source })?;
-    let mut names: Vec<String> = entries.flatten().filter_map(|e| e.file_name().into_string().ok()).collect();
-    names.sort();
-    let mut reports = Vec::new();
-    let mut others = Vec::new();
-    for name in names.into_iter().filter(|name| !name.contains(".earlier")) {
-        let Some(suffix) = name.strip_prefix("report").and_then(|n| n.strip_suffix(".json")) else { continue };
-        let report = match serde_json::from_slice::<Value>(&files::read(&folder.join(&name))?) {
-            Ok(report) => report,
-            Err(why) => {
-                others.push((name, format!("is no JSON: {why}: plan again")));
-                continue;
-            }
-        };
-        match report.get("format").and_then(Value::as_str) {
-            Some(facemill::report::REPORT_FORMAT) => reports.push((suffix.to_owned(), report)),
-            Some(other) if other.starts_with("facemill-report/") => {
-                let ours = facemill::report::REPORT_FORMAT;
-                others.push((name, format!("format is \"{other}\", and this version reads \"{ours}\": plan again")));
-            }
-            // A report of another program; but under this name it is missed.
-            _ if suffix.is_empty() => others.push((name, "format is not that of a report of a plan".to_owned())),
-            _ => {}
-        }
-    }
-    let of_ours = |(name, _): &&(String, String)| name == "report.json" || reports.is_empty();
-    if let Some((name, why)) = others.iter().find(of_ours) {
-        return Err(Failure::input(&folder.join(name), why.clone()));
-    }
-    for (name, why) in others {
-        eprintln!("facemill: no page of {}: {why}", folder.join(name).display());
-    }
-    if reports.is_empty() {
-        return Err(Failure::input(folder, "has no report.json: give the folder that `facemill plan` wrote"));
-    }
-    Ok(reports)
-}
-
 fn job_of(arguments: &ReportArguments, folder: &Path) -> Result<PathBuf, Failure> {
     if let Some(job) = &arguments.job {
         return Ok(job.clone());
@@ -395,41 +356,6 @@ fn settings_of(result: &Value) -> Result<Vec<JobSetting>, String> {
         format!("{key}={}", s.get("value").unwrap_or(&Value::Null)).parse::<JobSetting>().map_err(|e| e.to_string())
     };
     listed.map(setting).collect()
-}
-
-/// Checks that the files of a job are those that a plan was made from: another part would show
-/// what the program was not planned for.
-fn check_inputs(job: &Job, result: &Value) -> Result<(), String> {
-    let now = MadeFrom::of(job).inputs;
-    let then: Vec<(&str, &str)> = result
-        .pointer("/made_from/inputs")
-        .and_then(Value::as_array)
-        .into_iter()
-        .flatten()
-        .filter_map(|i| Some((i.get("file")?.as_str()?, i.get("blake3")?.as_str()?)))
-        .collect();
-    let other = now.iter().find(|n| !then.contains(&(n.file.as_str(), n.blake3.as_str())));
-    match other {
-        None => Ok(()),
-        Some(file) => Err(format!(
-            "the plan was not made from {} as it is now ({}): plan again, or name the plan's job with --job",
-            file.file,
-            job.path.display()
-        )),
-    }
-}
-
-fn program_of(result: &Value) -> Option<&str> {
-    result.pointer("/programs/0/file")?.as_str()
-}
-
-fn check_program(result: &Value, name: &str, text: &[u8]) -> Result<(), String> {
-    let stamp = ProgramStamp::new(Path::new(name), text);
-    let listed = result.pointer("/programs/0/blake3").and_then(Value::as_str);
-    if listed == Some(stamp.blake3.as_str()) {
-        return Ok(());
-    }
-    Err(format!("describes another {name} than the one in the folder: the program was changed; use `facemill view`"))
 }
 
 /// Checks that a file beside a program is of it: another would say what it does not do.

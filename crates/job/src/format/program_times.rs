@@ -1,7 +1,9 @@
 //! Time that a program takes according to its text: planner and verification compute the same.
 
+use std::fmt;
+
 use schemars::JsonSchema;
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 
 use crate::duration_text::clock;
 
@@ -18,13 +20,59 @@ pub struct ProgramTimes {
     pub constant_cutting_s: f64,
     /// Rapids at the axes' largest velocities, without acceleration, s.
     pub constant_rapid_s: f64,
-    /// Reasons why times within acceleration and jerk are unknown; empty if they are known.
-    pub no_law_because: Vec<String>,
+    /// Reasons why times within acceleration and jerk are unknown; empty if they are known. Where
+    /// calls were expanded, a line is that of the file named with it.
+    #[schemars(with = "Vec<String>")]
+    pub no_law_because: Vec<NoLawReason>,
+}
+
+/// Reason why times within acceleration and jerk are unknown: a text in files.
+#[derive(Clone, Debug, PartialEq)]
+pub enum NoLawReason {
+    /// A text.
+    Text(String),
+    /// A line that is not timed.
+    Line {
+        /// Name of the file, where lines of several files run.
+        file: Option<String>,
+        /// Line, from 1.
+        line: u32,
+        /// Words behind it: how the text goes on.
+        why: String,
+    },
+}
+
+impl NoLawReason {
+    /// Gives a reason of a line the file and the line that `place` returns for it.
+    pub fn place(&mut self, place: impl Fn(u32) -> (String, u32)) {
+        if let Self::Line { file, line, .. } = self {
+            let (of_file, at) = place(*line);
+            (*file, *line) = (Some(of_file), at);
+        }
+    }
+}
+
+impl fmt::Display for NoLawReason {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Text(text) => f.write_str(text),
+            Self::Line { file, line, why } => {
+                let file = file.as_ref().map_or_else(String::new, |file| format!("{file}: "));
+                write!(f, "unknown within acceleration: {file}line {line}{why}")
+            }
+        }
+    }
+}
+
+impl Serialize for NoLawReason {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_str(self)
+    }
 }
 
 impl ProgramTimes {
     /// Returns times at constant speed, [cuts, rapids] in s, without others.
-    pub fn constant([cutting, rapid]: [f64; 2], why: Vec<String>) -> Self {
+    pub fn constant([cutting, rapid]: [f64; 2], why: Vec<NoLawReason>) -> Self {
         Self { constant_cutting_s: cutting, constant_rapid_s: rapid, no_law_because: why, ..Self::default() }
     }
 

@@ -264,6 +264,11 @@ impl Job {
         tool_of(&self.file, operation).and_then(|name| self.tools.by_name.get(name)).unwrap_or(&self.tool)
     }
 
+    /// Returns the name in `tools` of a setup's tool; `None` in a job with one tool file.
+    pub fn tool_name(&self, setup: usize) -> Option<&str> {
+        self.file.setups.get(setup).and_then(|setup| tool_of_setup(&self.file, setup))
+    }
+
     /// Returns all tools of the job: of both heads, or by name.
     pub fn all_tools(&self) -> impl Iterator<Item = &ToolAssembly> {
         let named = self.tools.by_name.values();

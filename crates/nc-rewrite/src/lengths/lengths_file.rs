@@ -26,6 +26,10 @@ pub struct LengthsFile {
     /// Files of subprograms whose calls were expanded, in the order of their first calls; empty
     /// without. Lines count on from file to file, the program first: each says where it begins.
     pub called_files: Vec<CalledFile>,
+    /// Other programs of the tool that the lengths suit, in the order of the request; absent
+    /// without.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub others: Vec<OtherLengthsProgram>,
     /// BLAKE3 checksum of the program of the new plan; absent if the job was not planned again.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub replanned_blake3: Option<String>,
@@ -60,6 +64,24 @@ pub struct LengthsFile {
     pub certificates: Option<Certificates>,
 }
 
+/// Another program of the tool, run with the lengths found.
+#[derive(Clone, Debug, Serialize, JsonSchema)]
+pub struct OtherLengthsProgram {
+    /// Name of its setup.
+    pub setup: String,
+    /// The program that was run.
+    pub program: ProgramStamp,
+    /// Files of subprograms whose calls were expanded, as those of the first program.
+    pub called_files: Vec<CalledFile>,
+    /// Effect of the new length on its words.
+    pub posting: Posting,
+    /// All findings of the ordinary run with these lengths, or with the chosen holder.
+    pub findings: Vec<Finding>,
+    /// Proofs for each block with these lengths; absent if not requested, or if no length is free.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub certificates: Option<Certificates>,
+}
+
 /// Effect of another tool length on a program's words.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
@@ -69,6 +91,15 @@ pub enum Posting {
     AsItIs,
     /// The head turns, and the words include the length: the program must be posted again.
     Again,
+}
+
+impl Posting {
+    fn text(self) -> &'static str {
+        match self {
+            Self::AsItIs => "as it is, with the new length in the tool's register",
+            Self::Again => "to be posted again: the head turns",
+        }
+    }
 }
 
 /// A length of the assembly.
@@ -112,6 +143,9 @@ pub struct LengthReport {
     pub now_mm: f64,
     /// Shortest length, with the margin if it is forced.
     pub length_mm: f64,
+    /// Setup whose program forces it, where that is one of `others`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub setup: Option<String>,
     /// Place that forces it; absent if none does.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub forced_by: Option<ForcedBy>,
@@ -127,6 +161,9 @@ pub struct NoLength {
     pub name: LengthName,
     /// Longest permitted length.
     pub longest_mm: f64,
+    /// Setup whose program it is blocked in, where that is one of `others`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub setup: Option<String>,
     /// Place that blocks it.
     pub by: ForcedBy,
 }
@@ -139,6 +176,9 @@ pub struct HolderReport {
     /// Shortest stick-out that works; absent if none does.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stick_out_mm: Option<f64>,
+    /// Setup whose program `forced_by` or `finding` is of, where that is one of `others`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub setup: Option<String>,
     /// Place that forces it; absent if it is the holder's shortest.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub forced_by: Option<ForcedBy>,
@@ -154,26 +194,38 @@ pub struct HolderReport {
 const TOLD: usize = 30;
 
 impl LengthsFile {
-    /// Replaces every line of the program, for one that was run with its calls expanded.
-    pub fn map_lines(&mut self, line_of: impl Fn(u32) -> u32) {
+    /// Replaces every line of a program, 0 for the first and from 1 on for `others`, for one that
+    /// was run with its calls expanded.
+    pub fn map_lines(&mut self, program: usize, line_of: impl Fn(u32) -> u32) {
         let map = |line: &mut u32| *line = line_of(*line);
-        let of_lengths = self.lengths.iter_mut().filter_map(|length| length.forced_by.as_mut());
-        let of_holders = self.holders.iter_mut().filter_map(|holder| holder.forced_by.as_mut());
-        let none = self.none_is_free.iter_mut().map(|none| &mut none.by);
-        of_lengths.chain(of_holders).chain(none).map(|by| &mut by.line).for_each(map);
-        let findings = self.findings.iter_mut().chain(self.holders.iter_mut().filter_map(|h| h.finding.as_mut()));
+        let named = program.checked_sub(1).map(|k| self.others[k].setup.clone());
+        let of_lengths = self.lengths.iter_mut().filter(|length| length.setup == named);
+        let of_lengths = of_lengths.filter_map(|length| length.forced_by.as_mut());
+        let none = self.none_is_free.iter_mut().filter(|none| none.setup == named).map(|none| &mut none.by);
+        let holders = self.holders.iter_mut().filter(|holder| holder.setup == named);
+        let (by, mut findings): (Vec<_>, Vec<_>) =
+            holders.map(|holder| (holder.forced_by.as_mut(), holder.finding.as_mut())).unzip();
+        of_lengths.chain(none).chain(by.into_iter().flatten()).map(|by| &mut by.line).for_each(map);
+        let (own, certificates) = match program.checked_sub(1).map(|k| &mut self.others[k]) {
+            None => (&mut self.findings, &mut self.certificates),
+            Some(other) => (&mut other.findings, &mut other.certificates),
+        };
+        let findings = own.iter_mut().chain(findings.iter_mut().flatten().map(|finding| &mut **finding));
         findings.flat_map(|f| [&mut f.first_line, &mut f.last_line, &mut f.worst_line]).for_each(map);
-        let proofs = self.certificates.iter_mut().flat_map(|c| &mut c.certificates);
+        let proofs = certificates.iter_mut().flat_map(|c| &mut c.certificates);
         proofs.flat_map(|c| [Some(&mut c.line), c.doubted_since_line.as_mut()]).flatten().for_each(map);
+    }
+
+    /// Returns whether a tool works, and no program has a fault with it.
+    pub fn is_clean(&self) -> bool {
+        let of_others = self.others.iter().flat_map(|other| &other.findings);
+        self.none_is_free.is_none() && !self.findings.iter().chain(of_others).any(|f| f.kind.is_fault())
     }
 
     /// Returns the file as a table to read.
     #[must_use]
     pub fn table(&self) -> String {
-        let posting = match self.posting {
-            Posting::AsItIs => "as it is, with the new length in the tool's register",
-            Posting::Again => "to be posted again: the head turns",
-        };
+        let posting = self.posting.text();
         let mut out = format!(
             "{} - {}, read as {}\n  tool              {}\n  margin            {} mm\n  program           {posting}\n",
             self.job, self.setup, self.dialect, self.tool, self.margin_mm
@@ -196,25 +248,39 @@ impl LengthsFile {
                 none.name,
                 none.by.obstacle,
                 none.longest_mm,
-                place(&none.by)
+                place(none.setup.as_deref(), &none.by)
             ));
         }
-        if let Some(c) = &self.certificates {
-            out.push_str(&format!("  certified blocks  {} of {}\n", c.certified, c.blocks));
-        }
-        out.push_str(&format!("  findings          {}\n", self.findings.len()));
-        out.extend(self.findings.iter().take(TOLD).map(|f| format!("    {f}\n")));
-        if self.findings.len() > TOLD {
-            out.push_str(&format!("    and {} more; --out writes them all\n", self.findings.len() - TOLD));
+        out.push_str(&run_lines(self.certificates.as_ref(), &self.findings));
+        for other in &self.others {
+            out.push_str(&format!("{}\n", other.setup));
+            if other.posting != self.posting {
+                out.push_str(&format!("  program           {}\n", other.posting.text()));
+            }
+            out.push_str(&run_lines(other.certificates.as_ref(), &other.findings));
         }
         out
     }
 }
 
+/// Returns the lines on a program's run with the lengths found.
+fn run_lines(certificates: Option<&Certificates>, findings: &[Finding]) -> String {
+    let mut out = String::new();
+    if let Some(c) = certificates {
+        out.push_str(&format!("  certified blocks  {} of {}\n", c.certified, c.blocks));
+    }
+    out.push_str(&format!("  findings          {}\n", findings.len()));
+    out.extend(findings.iter().take(TOLD).map(|f| format!("    {f}\n")));
+    if findings.len() > TOLD {
+        out.push_str(&format!("    and {} more; --out writes them all\n", findings.len() - TOLD));
+    }
+    out
+}
+
 fn length_line(length: &LengthReport) -> String {
-    let LengthReport { name, meaning, now_mm, length_mm, forced_by, rests_on } = length;
+    let LengthReport { name, meaning, now_mm, length_mm, setup, forced_by, rests_on } = length;
     let why = match (forced_by, rests_on) {
-        (Some(by), _) => place(by),
+        (Some(by), _) => place(setup.as_deref(), by),
         (None, Some(on)) => format!("not forced: rests on {on}"),
         (None, None) => "not forced".to_owned(),
     };
@@ -226,19 +292,20 @@ fn holder_line(holder: &HolderReport, is_chosen: bool) -> String {
     let what = match (&holder.stick_out_mm, &holder.forced_by, &holder.why_not) {
         (_, by, Some(why)) => match (&holder.finding, by) {
             (Some(finding), _) => format!("{why}: {finding}"),
-            (None, Some(by)) => format!("{why}; {}", place(by)),
+            (None, Some(by)) => format!("{why}; {}", place(holder.setup.as_deref(), by)),
             (None, None) => why.clone(),
         },
-        (Some(at), Some(by), _) => format!("stick-out {at:.2} mm, {}", place(by)),
+        (Some(at), Some(by), _) => format!("stick-out {at:.2} mm, {}", place(holder.setup.as_deref(), by)),
         (Some(at), None, _) => format!("stick-out {at:.2} mm, its shortest"),
         (None, ..) => String::new(),
     };
     format!("  {mark} {}: {what}\n", holder.name)
 }
 
-fn place(by: &ForcedBy) -> String {
+fn place(setup: Option<&str>, by: &ForcedBy) -> String {
     let [x, y, z] = by.place_work_mm;
-    format!("line {} ({}): {} and {} at ({x:.2}, {y:.2}, {z:.2})", by.line, by.block_text, by.body, by.obstacle)
+    let of = setup.map_or_else(String::new, |setup| format!("{setup}, "));
+    format!("{of}line {} ({}): {} and {} at ({x:.2}, {y:.2}, {z:.2})", by.line, by.block_text, by.body, by.obstacle)
 }
 
 /// A shorter assembly with which the job was planned again.

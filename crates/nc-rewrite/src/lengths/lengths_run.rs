@@ -17,13 +17,13 @@ use facemill_virtual_machine::{
 };
 use facemill_z_map::DexelMap;
 
-use crate::lengths::{FoundLengths, LengthsRequest};
+use crate::lengths::{AlsoProgram, FoundLengths, LengthsRequest};
 
 /// A search for the shortest lengths: a program in a setup, its stock and its settings.
 pub(crate) struct LengthsRun<'a> {
     pub(crate) scene: Scene<'a>,
     pub(crate) program: &'a ReadProgram,
-    stamp: ProgramStamp,
+    pub(crate) stamp: ProgramStamp,
     pub(crate) request: &'a LengthsRequest<'a>,
     pub(crate) stages: &'a dyn Stages,
     stock: Option<DexelMap>,
@@ -32,14 +32,13 @@ pub(crate) struct LengthsRun<'a> {
 
 impl<'a> LengthsRun<'a> {
     pub(crate) fn new(
-        job: &'a Job,
-        setup: &'a Setup<'a>,
+        (job, setup, at): (&'a Job, &'a Setup<'a>, &AlsoProgram<'_>),
         (program, stamp): (&'a ReadProgram, ProgramStamp),
         request: &'a LengthsRequest<'a>,
         stages: &'a dyn Stages,
     ) -> Result<Self, Failure> {
-        let scene = Scene::new(job, setup, request.setup)?;
-        scene.check_frame_of(program, request.program)?;
+        let scene = Scene::new(job, setup, at.setup)?;
+        scene.check_frame_of(program, at.program)?;
         let stock = match &request.cut {
             Some(cut) => Some(match &cut.rest {
                 Some(rest) => rest.clone(),
@@ -113,6 +112,7 @@ impl<'a> LengthsRun<'a> {
             setup: self.scene.setup.file.name.clone(),
             program: self.stamp.clone(),
             called_files: Vec::new(),
+            others: Vec::new(),
             replanned_blake3: None,
             dialect: self.request.dialect.name().to_owned(),
             tool: self.scene.job.tool.name().to_owned(),
@@ -123,6 +123,7 @@ impl<'a> LengthsRun<'a> {
             none_is_free: found.hopeless.as_ref().map(|(length, by)| NoLength {
                 name: LengthName::of(*length),
                 longest_mm: self.request.longest,
+                setup: None,
                 by: self.named(by.clone()),
             }),
             holder: None,
@@ -147,6 +148,7 @@ impl<'a> LengthsRun<'a> {
             now_mm: OpenAssembly::open(&self.scene.job.tool).lengths()[k],
             length_mm: found.lengths[k],
             rests_on: forced_by.is_none().then(|| assembly.rests_on(length)),
+            setup: None,
             forced_by,
         })
     }

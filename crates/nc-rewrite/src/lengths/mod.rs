@@ -2,6 +2,7 @@
 //! shorter one pass.
 
 mod holders;
+mod joint;
 mod lengths_file;
 mod lengths_run;
 
@@ -15,10 +16,12 @@ use facemill_nc_program::{Dialect, ReadProgram};
 use facemill_tool_model::{HolderLibrary, OpenAssembly, ToolFile};
 use facemill_verification::stock_run::CutRequest;
 
+use crate::lengths::joint::Joint;
 use crate::lengths::lengths_run::LengthsRun;
 
 pub use crate::lengths::lengths_file::{
-    HolderReport, LENGTHS_FORMAT, LengthName, LengthReport, LengthsFile, NoLength, Posting, ReplanTry,
+    HolderReport, LENGTHS_FORMAT, LengthName, LengthReport, LengthsFile, NoLength, OtherLengthsProgram, Posting,
+    ReplanTry,
 };
 
 /// Options of the search for lengths of a program's tool.
@@ -40,6 +43,19 @@ pub struct LengthsRequest<'a> {
     pub certificates: bool,
     /// Holders to choose from; without them the four lengths are open.
     pub holders: Option<&'a HolderLibrary>,
+    /// Other programs of the same tool; the lengths suit all of them.
+    pub also: Vec<AlsoProgram<'a>>,
+}
+
+/// Another program that the tool of a search for lengths runs.
+#[derive(Clone, Copy, Debug)]
+pub struct AlsoProgram<'a> {
+    /// Its name in errors.
+    pub program: &'a Path,
+    /// Its text.
+    pub text: &'a [u8],
+    /// Index of its setup in the job: another one than those of the other programs.
+    pub setup: usize,
 }
 
 /// Result of the search for lengths.
@@ -63,9 +79,14 @@ pub struct FoundLengths {
 /// by [`run_stock`](facemill_virtual_machine::run_stock), with the program as posted for it: the
 /// file has all their findings.
 ///
+/// With other programs of the tool, the lengths are the least with which all of them have no
+/// collision and keep the margin: each program is searched from the lengths that the others need,
+/// until none needs more. Each begins with the stock of its setup, as programs before it leave it.
+///
 /// # Errors
-/// If a file of the job is wrong, the program is not understood, the machine has two heads or lacks
-/// three linear axes that hold the tip, or the stages are cancelled.
+/// If a file of the job is wrong, a program is not understood, programs are of one setup or of
+/// different tools, the machine has two heads or lacks three linear axes that hold the tip, or the
+/// stages are cancelled.
 pub fn lengths_of_program(
     job: &Job,
     text: &[u8],
@@ -80,15 +101,44 @@ pub fn lengths_of_program(
             return Err(job.wrong(format!("the {what} must be a length of at least 0 mm, is {value}")));
         }
     }
-    let job = &job.for_setup(request.setup);
-    let program: ReadProgram =
-        job.read_program(text, request.dialect).map_err(|e| Failure::input(request.program, e))?;
-    let setup = Setup::read(job, request.setup)?;
-    let run = LengthsRun::new(job, &setup, (&program, ProgramStamp::new(request.program, text)), request, stages)?;
-    let Some(library) = request.holders else {
-        let open = OpenAssembly::open(&job.tool);
-        let found = run.lengths(&open, request.longest)?;
-        return run.lengths_report(&found, &open);
+    let first = AlsoProgram { program: request.program, text, setup: request.setup };
+    let all: Vec<AlsoProgram<'_>> = std::iter::once(first).chain(request.also.iter().copied()).collect();
+    let views: Vec<Job> = all.iter().map(|at| job.for_setup(at.setup)).collect();
+    check_programs(job, &all, &views)?;
+    let _shared = job.share_meshes();
+    let read = |(at, view): (&AlsoProgram<'_>, &Job)| -> Result<ReadProgram, Failure> {
+        view.read_program(at.text, request.dialect).map_err(|e| Failure::input(at.program, e))
     };
-    holders::choose(&run, library)
+    let programs = all.iter().zip(&views).map(read).collect::<Result<Vec<_>, _>>()?;
+    let setups: Vec<Setup<'_>> =
+        all.iter().zip(&views).map(|(at, view)| Setup::read(view, at.setup)).collect::<Result<_, _>>()?;
+    let mut runs = Vec::new();
+    for (((at, view), setup), program) in all.iter().zip(&views).zip(&setups).zip(&programs) {
+        let stamp = ProgramStamp::new(at.program, at.text);
+        runs.push(LengthsRun::new((view, setup, at), (program, stamp), request, stages)?);
+    }
+    let runs = Joint { runs: &runs };
+    let Some(library) = request.holders else {
+        let open = OpenAssembly::open(&views[0].tool);
+        let found = runs.lengths(&open, request.longest)?;
+        return runs.report(&found, &open);
+    };
+    holders::choose(&runs, library)
+}
+
+/// Refuses programs of one setup, or of different tools.
+fn check_programs(job: &Job, all: &[AlsoProgram<'_>], views: &[Job]) -> Result<(), Failure> {
+    for (k, (at, view)) in all.iter().zip(views).enumerate() {
+        let name = &job.file.setups[at.setup].name;
+        if all[..k].iter().any(|other| other.setup == at.setup) {
+            return Err(job.wrong(format!("setup \"{name}\" has two programs; give one")));
+        }
+        if view.tool.to_file() != views[0].tool.to_file() {
+            let (own, first) = (view.tool.name(), views[0].tool.name());
+            return Err(
+                job.wrong(format!("setup \"{name}\" has the tool \"{own}\", not \"{first}\" as the first program"))
+            );
+        }
+    }
+    Ok(())
 }

@@ -25,7 +25,7 @@ use facemill_tool_model::cl_from_cc;
 use facemill_tool_path::moves::lead::CutRegion;
 use facemill_tool_path::moves::{Move, OperationMoves, region_moves};
 use facemill_tool_path::segments::pole::Tests;
-use facemill_tool_path::segments::steep_cuts::without_steep_cuts;
+use facemill_tool_path::segments::steep_cuts::{CutMotion, without_steep_cuts};
 use facemill_tool_path::segments::{LaidTask, LeftOut, PassSegment, copy_outcomes, filled, split};
 use facemill_tool_path::winding::wound;
 use facemill_verification::operation_region::OperationRegion;
@@ -205,7 +205,8 @@ impl<'a> PlannedOperation<'a> {
         let pieces = filled(&tests, &settings.linearity, passes.fallback(), pieces, &mut left_out, &*monitor)?;
         // Where links avoid the stock as cut, ramps are judged in it as well, when it is known.
         let judges_ramps = is_alone && setup.file.links.stock == LinkStockFile::AtFirst;
-        let pieces = if judges_ramps { without_steep_cuts(&test, pieces, &mut left_out, &*monitor)? } else { pieces };
+        let motion = CutMotion { test: &test, linearity: &settings.linearity, fallback: passes.fallback() };
+        let pieces = if judges_ramps { without_steep_cuts(&motion, pieces, &mut left_out, &*monitor)? } else { pieces };
         drop(monitor);
         let pieces = wound(&test, passes.fallback(), pieces, from.map(|m| m.axes));
         clock.lap("search");

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use facemill_cutter_location::cusp::Ridge;
 use facemill_cutter_location::{Remedy, Widened};
 use facemill_job::format::made_from::MadeFrom;
-use facemill_job::format::program_times::ProgramTimes;
+use facemill_job::format::program_times::{NoLawReason, ProgramTimes};
 use facemill_job::format::report::links::LinksReport;
 use facemill_job::format::report::stock::{PlannedStockReport, not_requested};
 use facemill_job::format::report::{
@@ -147,7 +147,7 @@ fn program_times(timed: &Timed, run: Option<&Verification>) -> ProgramTimes {
     let constant = run.map_or(planned, |v| [v.cutting_time_s, v.rapid_time_s]);
     match &timed.time_law {
         Some(law) => ProgramTimes::by_law(constant, [law.passes_time_s + law.approach_time_s, law.rapid_time_s]),
-        None => ProgramTimes::constant(constant, timed.no_time_law.clone()),
+        None => ProgramTimes::constant(constant, timed.no_time_law.iter().cloned().map(NoLawReason::Text).collect()),
     }
 }
 

@@ -53,6 +53,8 @@ def verify(
     dialect: str | None,
     certificates: bool,
     stock_cell_mm: float | None,
+    subprograms: Mapping[str, bytes],
+    subprogram_folder: Path | None,
 ) -> str: ...
 def feedrate(
     program: bytes,

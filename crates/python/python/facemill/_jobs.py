@@ -155,8 +155,16 @@ class Verification:
 
     @property
     def findings(self) -> list[dict[str, Any]]:
-        """Findings, each with kind, lines, bodies and depth (mm)."""
+        """Findings, each with kind, lines, bodies and depth (mm).
+
+        Lines count on from the program through :attr:`called_files`.
+        """
         return self._values["findings"]
+
+    @property
+    def called_files(self) -> list[dict[str, Any]]:
+        """Files of subprograms, each with name, checksum and the line where it begins."""
+        return self._values.get("called_files", [])
 
     @property
     def times(self) -> dict[str, Any]:
@@ -176,6 +184,7 @@ def verify(
     certificates: bool = False,
     stock_cell_mm: float | None = None,
     *,
+    subprograms: Mapping[str, str | bytes] | str | os.PathLike[str] | None = None,
     name: str = "program",
     folder: str | os.PathLike[str] | None = None,
     files: Mapping[str, Content] | None = None,
@@ -188,13 +197,25 @@ def verify(
     :param dialect: control of the program; default: the job's.
     :param certificates: prove the motion of every block between its ends.
     :param stock_cell_mm: distance of the lines on which the stock is cut; default: it is not cut.
+    :param subprograms: files of subprograms that the program calls: a dict of texts by file name,
+        or the folder that has them. Those in the program's own text are always found.
     :param name: name of the program in messages.
     :raises Error: if the program cannot be read, or the job is wrong.
     """
     text = program.encode() if isinstance(program, str) else bytes(program)
     given = _GivenJob(job, folder, files, settings)
+    texts: dict[str, bytes] = {}
+    of_folder: Path | None = None
+    if isinstance(subprograms, Mapping):
+        texts = {file: _bytes_of(content) for file, content in subprograms.items()}
+    elif subprograms is not None:
+        of_folder = Path(subprograms)
+        if not of_folder.is_dir():
+            raise Error(f"subprograms: {of_folder} is no folder; give a folder, or a dict of texts by file name")
     result = json.loads(
-        _facemill.verify(text, Path(name), given, setup, dialect, certificates, stock_cell_mm)
+        _facemill.verify(
+            text, Path(name), given, setup, dialect, certificates, stock_cell_mm, texts, of_folder
+        )
     )
     return Verification(result["verification"], result["faults"])
 

@@ -1,13 +1,14 @@
 use std::collections::BTreeMap;
 
 use facemill_inverse_kinematics::Machine;
+use facemill_job::format::program_times::NoLawReason;
 use facemill_nc_program::{Dialect, MappedAxis, WordMap, WorkOffset};
 use facemill_virtual_machine::motion::axis_motion::MotionContext;
 
 use crate::text_times::{ALL_LINES, TimedText, motions};
 
 /// Returns why a text has no time by the law of motion.
-fn unknown(text: &str) -> Option<String> {
+fn unknown(text: &str) -> Option<NoLawReason> {
     let machine = Machine::head_b_table_c().unwrap();
     let axes = machine.axes().iter().map(|axis| MappedAxis {
         letter: axis.letter.as_str().parse().unwrap(),
@@ -33,6 +34,7 @@ fn a_cut_without_a_feed_has_no_time() {
         ("G94", "F500.", "G93 X2.", Some(4)),
     ] {
         let text = format!("G90 G54 {mode}\nG0 X0. Y0. Z100. B0. C0.\nG1 X1. {feed}\n{behind}\nM30\n");
-        assert_eq!(unknown(&text), line.map(|line| format!("line {line} cuts without a feed")), "{text}");
+        let why = |line| NoLawReason::Line { file: None, line, why: " cuts without a feed".to_owned() };
+        assert_eq!(unknown(&text), line.map(why), "{text}");
     }
 }

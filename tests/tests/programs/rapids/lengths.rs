@@ -15,6 +15,8 @@ use serde_json::{Value, json};
 
 #[path = "lengths_command.rs"]
 mod lengths_command;
+#[path = "lengths_of_programs.rs"]
+mod lengths_of_programs;
 
 const MARGIN: f64 = 0.5;
 
@@ -67,6 +69,7 @@ fn lengths(
         cut: None,
         certificates: !replan,
         holders,
+        also: Vec::new(),
     };
     let job = Job::read(&job.job()).unwrap();
     let mut found = lengths_of_program(&job, text.as_bytes(), &request, &SilentStages)?;

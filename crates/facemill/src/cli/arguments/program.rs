@@ -1,5 +1,6 @@
 //! Arguments of commands that run a program in a job's setup.
 
+use std::collections::BTreeSet;
 use std::fs::File;
 use std::io::Read;
 use std::ops::Range;
@@ -13,6 +14,7 @@ use facemill::{Failure, Job, files, no_program};
 
 use crate::cli::arguments::ad_hoc_setup::StandArguments;
 use crate::cli::arguments::dialect::dialect;
+use crate::cli::arguments::plan_folder::programs_of_plan;
 
 #[derive(Args)]
 pub(crate) struct ProgramArguments {
@@ -69,20 +71,104 @@ impl ProgramArguments {
     fn read_on(&self, job: Job) -> Result<ProgramOfJob, Failure> {
         let setups = setups_of(&job, self.setup.as_deref())?;
         let mut job = job;
+        let dialect = self.dialect.unwrap_or_else(|| job.post.dialect());
         for after in &self.after {
-            let Some((of, file)) = after.split_once('=') else {
-                return Err(job.wrong(format!("--after {after}: give the setup and its program, as SETUP=FILE")));
-            };
-            let of = setup_of(&job, Some(of))?;
-            let dialect = self.dialect.unwrap_or_else(|| job.post.dialect());
-            let path = Path::new(file);
-            let text = read_nc(path)?;
-            let text = CalledProgram::of(&job, path, &text, dialect)?.map_or(text, |(_, text)| text);
-            job.programs.add(of, Some((path.into(), text)), dialect);
+            let other = self.other_program(&job, "after", after)?;
+            job.programs.add(other.setup, Some((other.path, other.text)), dialect);
         }
         let text = read_nc(&self.program)?;
-        let dialect = self.dialect.unwrap_or_else(|| job.post.dialect());
         Ok(ProgramOfJob { job, setup: setups.start, setups, dialect, text })
+    }
+}
+
+/// Program of a setup, with its calls expanded.
+pub(crate) struct OtherProgram {
+    pub(crate) setup: usize,
+    pub(crate) path: PathBuf,
+    /// Text that runs.
+    pub(crate) text: Vec<u8>,
+    /// Its calls, if it has any.
+    pub(crate) called: Option<CalledProgram>,
+}
+
+impl OtherProgram {
+    /// Expands the calls of a program.
+    pub(crate) fn new(
+        job: &Job,
+        (setup, path): (usize, PathBuf),
+        text: Vec<u8>,
+        dialect: Dialect,
+    ) -> Result<Self, Failure> {
+        Ok(match CalledProgram::of(job, &path, &text, dialect)? {
+            Some((called, text)) => Self { setup, path, text, called: Some(called) },
+            None => Self { setup, path, text, called: None },
+        })
+    }
+}
+
+impl ProgramArguments {
+    /// Reads another program of the job from the value of an option, SETUP=FILE.
+    pub(crate) fn other_program(&self, job: &Job, option: &str, value: &str) -> Result<OtherProgram, Failure> {
+        let Some((of, file)) = value.split_once('=') else {
+            return Err(job.wrong(format!("--{option} {value}: give the setup and its program, as SETUP=FILE")));
+        };
+        let setup = setup_of(job, Some(of))?;
+        let path = PathBuf::from(file);
+        let text = read_nc(&path)?;
+        OtherProgram::new(job, (setup, path), text, self.dialect.unwrap_or_else(|| job.post.dialect()))
+    }
+
+    /// Reads all programs of a plan's folder into the job, and returns those of one of its tools.
+    ///
+    /// # Errors
+    /// If an option is of a single program, the folder has no plan of the job, or the job has
+    /// several tools, or not this one.
+    pub(crate) fn read_plan(&self, tool: Option<&str>) -> Result<(Job, Dialect, Vec<OtherProgram>), Failure> {
+        let folder = &self.program;
+        let Some(job) = &self.job else {
+            return Err(Failure::input(folder, "needs --job, which names machine, tool and setups"));
+        };
+        let mut job = Job::read(job)?;
+        if self.setup.is_some() || !self.after.is_empty() {
+            return Err(Failure::input(
+                folder,
+                "is a folder, whose reports name the setups: leave out --setup and --after",
+            ));
+        }
+        let dialect = self.dialect.unwrap_or_else(|| job.post.dialect());
+        let programs = programs_of_plan(&job, folder)?;
+        for (setup, path, text) in &programs {
+            let text = CalledProgram::of(&job, path, text, dialect)?.map_or_else(|| text.clone(), |(_, text)| text);
+            job.programs.add(*setup, Some((path.clone(), text)), dialect);
+        }
+        let names: BTreeSet<&str> = programs.iter().filter_map(|(setup, ..)| job.tool_name(*setup)).collect();
+        let listed = names.iter().map(|name| format!("\"{name}\"")).collect::<Vec<_>>().join(", ");
+        match tool {
+            None if names.len() > 1 => {
+                return Err(Failure::input(
+                    folder,
+                    format!("has programs of several tools; choose one with --tool: {listed}"),
+                ));
+            }
+            Some(tool) if !names.contains(tool) => {
+                let has = if listed.is_empty() {
+                    "the job has one tool, without a name".to_owned()
+                } else {
+                    format!("it has {listed}")
+                };
+                return Err(Failure::input(folder, format!("has no program of a tool \"{tool}\"; {has}")));
+            }
+            _ => {}
+        }
+        let of_tool = programs.iter().filter(|(setup, ..)| tool.is_none() || job.tool_name(*setup) == tool);
+        let read = |(setup, path, text): &(usize, PathBuf, Vec<u8>)| {
+            OtherProgram::new(&job, (*setup, path.clone()), text.clone(), dialect)
+        };
+        let of_tool = of_tool.map(read).collect::<Result<Vec<_>, _>>()?;
+        if of_tool.is_empty() {
+            return Err(Failure::input(folder, "has no program: nothing is to be cut"));
+        }
+        Ok((job, dialect, of_tool))
     }
 }
 

@@ -6,15 +6,15 @@ use std::process::ExitCode;
 use clap::Args;
 use facemill::file_format::to_json;
 use facemill::job_file::STOCK_TOLERANCE;
-use facemill::lengths::{LengthsRequest, lengths_of_program};
+use facemill::lengths::{AlsoProgram, LengthsRequest, lengths_of_program};
 use facemill::nc_program::{Dialect, read_program};
 use facemill::tool_model::HolderLibrary;
 use facemill::z_map::DexelMap;
-use facemill::{CutRequest, Failure, files, read_rest, replan_with_shorter_tools};
+use facemill::{CutRequest, Failure, Job, files, read_rest, replan_with_shorter_tools};
 
 use crate::cli::arguments::called_files::expand_in_place;
 use crate::cli::arguments::option_lengths::{above_zero, from_zero, stock_tolerance};
-use crate::cli::arguments::program::{ProgramArguments, ProgramOfJob};
+use crate::cli::arguments::program::{OtherProgram, ProgramArguments, ProgramOfJob};
 use crate::cli::equipment::tool_files::is_tool_file;
 use crate::cli::output::say;
 use crate::cli::progress::Progress;
@@ -24,6 +24,13 @@ use crate::cli::progress::Progress;
 pub(crate) struct LengthsArguments {
     #[command(flatten)]
     program: ProgramArguments,
+    /// Another program of the same tool, as the name or number of its setup and the file: the
+    /// lengths suit all of them
+    #[arg(long, value_name = "SETUP=FILE", conflicts_with_all = ["rest", "replan"])]
+    also: Vec<String>,
+    /// Tool whose programs are taken, where PROGRAM is the folder of a plan with several tools
+    #[arg(long, value_name = "NAME", conflicts_with_all = ["also", "rest", "replan"])]
+    tool: Option<String>,
     /// Margin of every forced length above the least free one
     #[arg(long, value_name = "MM", default_value_t = 0.5, allow_negative_numbers = true, value_parser = from_zero)]
     margin_mm: f64,
@@ -73,37 +80,77 @@ fn cut_of(arguments: &LengthsArguments, rest: Option<DexelMap>) -> Option<CutReq
     }
 }
 
+/// Programs of one tool, the first of the report first.
+struct Programs {
+    job: Job,
+    dialect: Dialect,
+    programs: Vec<OtherProgram>,
+}
+
+/// Reads the programs that the arguments name; each counts as one before the setups behind it.
+fn programs_of(arguments: &LengthsArguments) -> Result<Programs, Failure> {
+    let named = &arguments.program;
+    if named.program.is_dir() {
+        if !arguments.also.is_empty() || arguments.rest.is_some() || arguments.replan {
+            let why = "is a folder with all programs of the tool: leave out --also, --rest and --replan";
+            return Err(Failure::input(&named.program, why));
+        }
+        let (job, dialect, programs) = named.read_plan(arguments.tool.as_deref())?;
+        return Ok(Programs { job, dialect, programs });
+    }
+    if arguments.tool.is_some() {
+        return Err(Failure::input(&named.program, "is one program: --tool chooses those of a plan's folder"));
+    }
+    let mut read = named.read()?.of_one_tool()?;
+    let called = expand_in_place(&mut read, &named.program)?;
+    let ProgramOfJob { mut job, setup, dialect, text, .. } = read;
+    let mut programs = vec![OtherProgram { setup, path: named.program.clone(), text, called }];
+    for also in &arguments.also {
+        programs.push(named.other_program(&job, "also", also)?);
+    }
+    if programs.len() > 1 {
+        for program in &programs {
+            job.programs.add(program.setup, Some((program.path.clone(), program.text.clone())), dialect);
+        }
+    }
+    Ok(Programs { job, dialect, programs })
+}
+
 pub(crate) fn run(arguments: &LengthsArguments) -> Result<ExitCode, Failure> {
     crate::cli::progress::watch_interrupts().map_err(Failure::Internal)?;
     let library = match &arguments.holders {
         Some(path) => Some(HolderLibrary::from_json(&files::read(path)?).map_err(|e| Failure::input(path, e))?),
         None => None,
     };
-    let mut read = arguments.program.read()?.of_one_tool()?;
-    let called = expand_in_place(&mut read, &arguments.program.program)?;
-    let ProgramOfJob { job, setup, dialect, text, .. } = read;
-    let rest = arguments.rest.as_ref().map(|path| read_rest(&job, setup, path)).transpose()?;
+    let Programs { job, dialect, programs } = programs_of(arguments)?;
+    let first = &programs[0];
+    let rest = arguments.rest.as_ref().map(|path| read_rest(&job, first.setup, path)).transpose()?;
+    let also = programs[1..].iter().map(|p| AlsoProgram { program: &p.path, text: &p.text, setup: p.setup });
     let request = LengthsRequest {
-        program: &arguments.program.program,
+        program: &first.path,
         dialect,
-        setup,
+        setup: first.setup,
         margin: arguments.margin_mm,
         longest: arguments.longest_mm,
         cut: cut_of(arguments, rest),
         certificates: arguments.certificates,
         holders: library.as_ref(),
+        also: also.collect(),
     };
     let outputs = [&arguments.out, &arguments.tool_out, &arguments.program_out];
     files::check_outputs(outputs.into_iter().flatten().map(PathBuf::as_path))?;
     look_at_earlier(arguments, dialect)?;
-    let mut found = lengths_of_program(&job, &text, &request, &Progress::new(false))?;
-    if let Some(called) = &called {
-        found.file.map_lines(|line| called.written(line));
-        found.file.program = called.stamp();
-        found.file.called_files = called.called_files();
+    let mut found = lengths_of_program(&job, &first.text, &request, &Progress::new(false))?;
+    for (k, called) in programs.iter().enumerate().filter_map(|(k, p)| Some((k, p.called.as_ref()?))) {
+        found.file.map_lines(k, |line| called.written(line));
+        let (stamp, files) = (called.stamp(), called.called_files());
+        match k.checked_sub(1) {
+            None => (found.file.program, found.file.called_files) = (stamp, files),
+            Some(k) => (found.file.others[k].program, found.file.others[k].called_files) = (stamp, files),
+        }
     }
     if let (true, Some(library)) = (arguments.replan, &library) {
-        replan_with_shorter_tools(&job, setup, library, &mut found, &Progress::new(false))?;
+        replan_with_shorter_tools(&job, first.setup, library, &mut found, &Progress::new(false))?;
     }
     if !crate::cli::progress::start_writing() {
         return Err(Failure::Interrupted);
@@ -128,7 +175,7 @@ pub(crate) fn run(arguments: &LengthsArguments) -> Result<ExitCode, Failure> {
     let notes = notes?;
     say(&found.file.table())?;
     notes.iter().for_each(|line| eprintln!("facemill: {line}"));
-    let clean = found.tool.is_some() && !found.file.findings.iter().any(|f| f.kind.is_fault());
+    let clean = found.tool.is_some() && found.file.is_clean();
     Ok(if clean { ExitCode::SUCCESS } else { ExitCode::from(1) })
 }
 

@@ -1,0 +1,108 @@
+//! Programs in the folder that a plan wrote.
+
+use std::path::{Path, PathBuf};
+
+use facemill::formats::{MadeFrom, ProgramStamp};
+use facemill::{Failure, Job, files};
+use serde_json::Value;
+
+/// Returns the reports of a folder with the parts of their names behind `report`, in order.
+pub(crate) fn reports_in(folder: &Path) -> Result<Vec<(String, Value)>, Failure> {
+    let entries = std::fs::read_dir(folder).map_err(|source| Failure::Read { file: folder.to_owned(), source })?;
+    let mut names: Vec<String> = entries.flatten().filter_map(|e| e.file_name().into_string().ok()).collect();
+    names.sort();
+    let mut reports = Vec::new();
+    let mut others = Vec::new();
+    for name in names.into_iter().filter(|name| !name.contains(".earlier")) {
+        let Some(suffix) = name.strip_prefix("report").and_then(|n| n.strip_suffix(".json")) else { continue };
+        let report = match serde_json::from_slice::<Value>(&files::read(&folder.join(&name))?) {
+            Ok(report) => report,
+            Err(why) => {
+                others.push((name, format!("is no JSON: {why}: plan again")));
+                continue;
+            }
+        };
+        match report.get("format").and_then(Value::as_str) {
+            Some(facemill::report::REPORT_FORMAT) => reports.push((suffix.to_owned(), report)),
+            Some(other) if other.starts_with("facemill-report/") => {
+                let ours = facemill::report::REPORT_FORMAT;
+                others.push((name, format!("format is \"{other}\", and this version reads \"{ours}\": plan again")));
+            }
+            // A report of another program; but under this name it is missed.
+            _ if suffix.is_empty() => others.push((name, "format is not that of a report of a plan".to_owned())),
+            _ => {}
+        }
+    }
+    let of_ours = |(name, _): &&(String, String)| name == "report.json" || reports.is_empty();
+    if let Some((name, why)) = others.iter().find(of_ours) {
+        return Err(Failure::input(&folder.join(name), why.clone()));
+    }
+    for (name, why) in others {
+        eprintln!("facemill: {} is left out: {why}", folder.join(name).display());
+    }
+    if reports.is_empty() {
+        return Err(Failure::input(folder, "has no report.json: give the folder that `facemill plan` wrote"));
+    }
+    Ok(reports)
+}
+
+/// Checks that the files of a job are those that a plan was made from: another part would show
+/// what the program was not planned for.
+pub(crate) fn check_inputs(job: &Job, result: &Value) -> Result<(), String> {
+    let now = MadeFrom::of(job).inputs;
+    let then: Vec<(&str, &str)> = result
+        .pointer("/made_from/inputs")
+        .and_then(Value::as_array)
+        .into_iter()
+        .flatten()
+        .filter_map(|i| Some((i.get("file")?.as_str()?, i.get("blake3")?.as_str()?)))
+        .collect();
+    let other = now.iter().find(|n| !then.contains(&(n.file.as_str(), n.blake3.as_str())));
+    match other {
+        None => Ok(()),
+        Some(file) => Err(format!(
+            "the plan was not made from {} as it is now ({}): plan again, or name the plan's job with --job",
+            file.file,
+            job.path.display()
+        )),
+    }
+}
+
+/// Returns the name of the program of a report.
+pub(crate) fn program_of(result: &Value) -> Option<&str> {
+    result.pointer("/programs/0/file")?.as_str()
+}
+
+/// Checks that a program is the one that a report describes.
+pub(crate) fn check_program(result: &Value, name: &str, text: &[u8]) -> Result<(), String> {
+    let stamp = ProgramStamp::new(Path::new(name), text);
+    let listed = result.pointer("/programs/0/blake3").and_then(Value::as_str);
+    if listed == Some(stamp.blake3.as_str()) {
+        return Ok(());
+    }
+    Err(format!("describes another {name} than the one in the folder: the program was changed; use `facemill view`"))
+}
+
+/// Returns the programs of a plan's setups, by the index of the setup, from the reports beside them.
+///
+/// # Errors
+/// If the plan is of another job, a file cannot be read, or a program was changed.
+pub(crate) fn programs_of_plan(job: &Job, folder: &Path) -> Result<Vec<(usize, PathBuf, Vec<u8>)>, Failure> {
+    let mut programs = Vec::new();
+    for (suffix, report) in reports_in(folder)? {
+        let file = folder.join(format!("report{suffix}.json"));
+        let wrong = |why: String| Failure::input(&file, why);
+        check_inputs(job, &report).map_err(wrong)?;
+        let setup = report.get("setup").and_then(Value::as_str).unwrap_or_default();
+        let index = job.file.setups.iter().position(|s| s.name == setup);
+        let index = index.ok_or_else(|| wrong(format!("the job has no setup \"{setup}\"")))?;
+        // Where nothing is to be cut, there is no program.
+        let Some(name) = program_of(&report) else { continue };
+        let path = folder.join(name);
+        let text = files::read(&path)?;
+        check_program(&report, name, &text).map_err(wrong)?;
+        programs.push((index, path, text));
+    }
+    programs.sort_by_key(|(index, ..)| *index);
+    Ok(programs)
+}

@@ -1,0 +1,166 @@
+//! Lengths that suit several programs of one tool: each of them needs another length.
+
+use facemill::lengths::{AlsoProgram, LengthName, LengthsRequest, lengths_of_program};
+use facemill::nc_program::Dialect;
+use facemill::tool_model::OpenAssembly;
+use facemill::{Job, SilentStages};
+use facemill_tests::commands::facemill_in;
+use facemill_tests::jobs::JobFolder;
+use facemill_tests::variants::blink_patch;
+use serde_json::{Value, json};
+
+use super::{MARGIN, OFF, PAST, SLACK, TOP, collisions, holder, library, obeys_its_schema, with_wall};
+
+/// Puts a second setup with an operation of its own behind the first of a job.
+fn add_setup(job: &JobFolder, change: impl Fn(&mut Value)) {
+    let mut file = job.json("job.json");
+    let (mut setup, mut operation) = (file["setups"][0].clone(), file["operations"][0].clone());
+    file["operations"][0]["setup"] = setup["name"].clone();
+    setup["name"] = json!("again");
+    (operation["name"], operation["setup"]) = (json!("again"), json!("again"));
+    file["setups"].as_array_mut().unwrap().push(setup);
+    file["operations"].as_array_mut().unwrap().push(operation);
+    change(&mut file);
+    job.write("job.json", file.to_string().as_bytes());
+}
+
+/// Nearer to the wall, but higher: the arbor has to pass over it, the flange is higher anyway.
+fn near() -> String {
+    PAST.replace("X5.", "X14.").replace("Z306.", "Z312.")
+}
+
+fn wall_in_two_setups() -> JobFolder {
+    let job = with_wall();
+    add_setup(&job, |_| {});
+    job
+}
+
+const NAMES: [LengthName; 4] = [LengthName::L1, LengthName::L2, LengthName::L3, LengthName::L4];
+
+#[test]
+fn lengths_suit_all_programs_and_each_is_forced_by_one() {
+    let job = wall_in_two_setups();
+    let (near, path) = (near(), job.path("program.nc"));
+    let read = Job::read(&job.job()).unwrap();
+    let of = |texts: [&str; 2], n: usize| {
+        let request = LengthsRequest {
+            program: &path,
+            dialect: Dialect::Fanuc,
+            setup: 0,
+            margin: MARGIN,
+            longest: 400.0,
+            cut: None,
+            certificates: true,
+            holders: None,
+            also: [AlsoProgram { program: &path, text: texts[1].as_bytes(), setup: 1 }][..n].to_vec(),
+        };
+        lengths_of_program(&read, texts[0].as_bytes(), &request, &SilentStages).unwrap_or_else(|e| panic!("{e}"))
+    };
+    let alone = [PAST, near.as_str()].map(|text| of([text, text], 0));
+    for texts in [[PAST, near.as_str()], [near.as_str(), PAST]] {
+        let both = of(texts, 1);
+        println!("{}", both.file.table());
+        obeys_its_schema(&both);
+        let length = |name: LengthName| both.file.lengths.iter().find(|l| l.name == name).unwrap();
+        // Each is the larger of what the programs need by themselves; L4 rests on L3.
+        for (k, name) in NAMES.into_iter().enumerate() {
+            let largest = alone.iter().map(|found| found.file.lengths[k].length_mm).fold(0.0, f64::max);
+            assert!((length(name).length_mm - largest).abs() < 0.02, "{name:?}: {:?} {largest}", length(name));
+        }
+        let of_near = |is_near: bool| Some("again".to_owned()).filter(|_| (texts[1] == near) == is_near);
+        assert_eq!((&length(LengthName::L2).setup, &length(LengthName::L3).setup), (&of_near(true), &of_near(false)));
+        let other = &both.file.others[0];
+        assert!(other.setup == "again" && other.findings.is_empty() && both.file.findings.is_empty());
+        for certificates in [&both.file.certificates, &other.certificates] {
+            let certificates = certificates.as_ref().unwrap();
+            assert_eq!(certificates.certified, certificates.blocks);
+        }
+        // The ordinary run says the same: free with the lengths, not with a shorter one.
+        let tool = both.tool.clone().unwrap();
+        assert_eq!((collisions(&job, &tool, PAST), collisions(&job, &tool, &near)), (Vec::new(), Vec::new()));
+        let open = OpenAssembly::open(&read.tool);
+        for (k, forcing, free) in [(1, near.as_str(), PAST), (2, PAST, near.as_str())] {
+            let mut shorter = NAMES.map(|name| length(name).length_mm);
+            shorter[k] -= MARGIN + OFF;
+            let tool = open.built(&shorter).unwrap().tool.to_file();
+            assert!(!collisions(&job, &tool, forcing).is_empty() && collisions(&job, &tool, free).is_empty(), "{k}");
+        }
+    }
+}
+
+#[test]
+fn a_holder_suits_all_programs_and_wrong_programs_are_named() {
+    let job = wall_in_two_setups();
+    job.write("past.nc", PAST.as_bytes());
+    let higher = PAST.replace("Z306.", "Z309.");
+    job.write("higher.nc", higher.as_bytes());
+    let shank = job.json("tool.json")["body"]["sections"][0]["diameter_high_mm"].as_f64().unwrap();
+    let holders = [holder("stout", shank, [5.0, 60.0], 40.0), holder("short", shank, [5.0, TOP - 2.0], 40.0)];
+    assert_eq!(library(&holders).holders().len(), 2);
+    let shelf = json!({ "format": "facemill-holders/1", "holders": holders });
+    job.write("shelf.json", shelf.to_string().as_bytes());
+    let past = format!("again={}", job.path("past.nc").display());
+    let command = format!("lengths higher.nc --job job.json --setup 1 --holders shelf.json -o l.json --also {past}");
+    let output = facemill_in(&job, &command);
+    assert_eq!(output.code, 0, "{}{}", output.errors, output.printed);
+    let file = job.json("l.json");
+    assert_eq!((&file["holder"], &file["others"][0]["setup"]), (&json!("stout"), &json!("again")));
+    // The program that goes lower forces it: by itself the first needs 3 mm less.
+    let stick_out = file["holders"][0]["stick_out_mm"].as_f64().unwrap();
+    assert!((stick_out - (TOP + 2.0 - SLACK + MARGIN)).abs() < 0.01, "{stick_out}");
+    assert_eq!((&file["holders"][0]["setup"], &file["holders"][1]["setup"]), (&json!("again"), &json!("again")));
+    assert!(output.prints(&["* stout", "again, line"]), "{}", output.printed);
+
+    let wrong = |also: &str, says: &str| {
+        let output = facemill_in(&job, &format!("lengths higher.nc --job job.json --setup 1 --also {also}"));
+        assert!(output.code == 2 && output.errors.contains(says), "{also}: {} {}", output.code, output.errors);
+    };
+    wrong("past.nc", "SETUP=FILE");
+    wrong(&past.replace("again=", "nowhere="), "has no setup \"nowhere\"");
+    wrong(&past.replace("again=", "1="), "has two programs");
+    let output = facemill_in(&job, "lengths past.nc --job job.json --setup 1 --tool mill");
+    assert!(output.code == 2 && output.errors.contains("--tool"), "{}", output.errors);
+}
+
+#[test]
+fn a_folder_of_a_plan_has_the_programs_of_each_tool() {
+    let job = blink_patch();
+    add_setup(&job, |file| {
+        let own = file["tool"].take();
+        file.as_object_mut().unwrap().remove("tool");
+        file["tools"] = json!({ "mill": own, "long mill": "long.json" });
+        for (k, tool) in ["mill", "long mill"].into_iter().enumerate() {
+            file["operations"][k]["tool"] = json!(tool);
+        }
+    });
+    let mut long = job.json("tool.json");
+    long["stick_out_mm"] = json!(long["stick_out_mm"].as_f64().unwrap() + 20.0);
+    long["gauge_length_mm"] = json!(long["gauge_length_mm"].as_f64().unwrap() + 20.0);
+    (long["name"], long["number"]) = (json!("long mill"), json!(2));
+    job.write("long.json", long.to_string().as_bytes());
+    let out = job.path("out");
+    let planned = facemill_in(&job, &format!("plan job.json --no-html --out {}", out.display()));
+    assert!(planned.code <= 1, "{}", planned.errors);
+
+    let with = |options: &str| facemill_in(&job, &format!("lengths {} --job job.json {options}", out.display()));
+    let several = with("");
+    assert!(several.code == 2 && several.errors.contains("\"long mill\", \"mill\""), "{}", several.errors);
+    assert!(with("--tool drill").errors.contains("no program of a tool \"drill\""));
+    assert_eq!(with("--tool mill --setup 1").code, 2);
+    let found = facemill_in(
+        &job,
+        &format!("lengths {} --job job.json --tool mill -o l.json --tool-out short.json", out.display()),
+    );
+    assert_eq!(found.code, 0, "{}", found.errors);
+    let (file, short) = (job.json("l.json"), job.json("short.json"));
+    assert_eq!((&file["tool"], &file["others"]), (&job.json("tool.json")["name"], &Value::Null));
+    assert!(short["gauge_length_mm"].as_f64().unwrap() <= job.json("tool.json")["gauge_length_mm"].as_f64().unwrap());
+    // A changed program is not the plan's.
+    let name =
+        std::fs::read_dir(&out).unwrap().map(|e| e.unwrap().path()).find(|p| p.extension().is_some_and(|e| e == "nc"));
+    let program = name.unwrap();
+    let text = std::fs::read_to_string(&program).unwrap();
+    std::fs::write(&program, text.replacen("G1", "G01", 1)).unwrap();
+    let changed = with("--tool mill");
+    assert!(changed.code == 2 && changed.errors.contains("the program was changed"), "{}", changed.errors);
+}
