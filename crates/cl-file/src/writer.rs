@@ -13,9 +13,9 @@ use facemill_nc_program::words::number_text;
 const TIP_DECIMALS: u8 = 9;
 
 /// Decimals of axis components: the written axis is at most 0.9e-12 rad from the given one, which
-/// moves an axis of the machine 1 m away by 0.9e-9 mm, and by less than 0.9e-6 mm down to 0.06° from
-/// the pole, where the axis nearest to the workpiece turns a thousand times as far. With ten it is
-/// 0.9e-6 mm at 6° from the pole.
+/// moves an axis of the machine 1 m away by 0.9e-9 mm, and by less than 0.9e-6 mm down to 0.06°
+/// from the pole, where the axis nearest to the workpiece turns a thousand times as far. With ten
+/// it is 0.9e-6 mm at 6° from the pole.
 const AXIS_DECIMALS: u8 = 12;
 
 /// Decimals of the measures of the cutter, mm.

@@ -83,8 +83,8 @@ fn partial_passes_run_out_beside_the_pass_before_them() {
                     let apart = |[a, b]: &[&CcPoint; 2]| distance_to_segment(&end.position, &a.position, &b.position);
                     let (_, beside) = others.min_by(|(_, a), (_, b)| apart(a).total_cmp(&apart(b))).unwrap();
                     let (apart, turn) = (apart(&beside), (beside[1].position - beside[0].position).angle(&end.feed));
-                    // A tenth of the strip where the front ends, on a column; each pass slopes by up
-                    // to 0.2.
+                    // A tenth of the strip where the front ends, on a column; each pass slopes by
+                    // up to 0.2.
                     let share = apart / width(&end.position);
                     assert!(share < 0.16 && turn <= 2.0 * 0.2f64.atan() + 0.01, "{share} {turn}");
                     n += 1;
