@@ -1,4 +1,4 @@
-//! What the regions of a job's operations offer to strategies.
+//! Values that the regions of a job's operations offer to strategies.
 
 use facemill_cl_data::CcPoint;
 use facemill_job::failure::Failure;

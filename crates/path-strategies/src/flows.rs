@@ -24,8 +24,8 @@ pub(crate) struct RegionFlows {
     pub(crate) closed: Option<FlowFile>,
 }
 
-/// Returns the flows of a region between two mesh groups beside it, or the ends of its levels: those
-/// with the longest ends of each kind.
+/// Returns the flows of a region between two mesh groups beside it, or the ends of its levels:
+/// those with the longest ends of each kind.
 ///
 /// Without an extent, a flow counts as along it. A region between two ranges of levels has none,
 /// because a job cannot state it.

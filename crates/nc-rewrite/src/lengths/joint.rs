@@ -17,7 +17,7 @@ pub(crate) struct Joint<'r, 'a> {
 pub(crate) struct JointLengths {
     /// Result of each search, with the same lengths; up to that which is hopeless.
     pub(crate) found: Vec<ClearLengths>,
-    /// What forces each length, with the index of its program.
+    /// Cause of each length, with the index of its program.
     forced_by: [Option<(usize, ForcedBy)>; 4],
 }
 

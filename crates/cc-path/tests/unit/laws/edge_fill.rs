@@ -67,7 +67,7 @@ fn partial_passes_run_out_beside_the_pass_before_them() {
         }
     });
     let shapes = [skewed(0.0), grid(80, 48, |u, v| Point3::new(200.0 * u, 120.0 * v, 15.0 * (3.0 * v).sin()))];
-    let widths: [&(dyn Fn(&Point3<f64>) -> f64 + Sync); 2] = [&step, &ramp];
+    let widths = [&step, &ramp];
     for s in shapes.map(surface) {
         for width in widths {
             let layout = lay_by(&s, &planes(Vector3::y_axis()), &filled(), &|cc| width(&cc.position));
@@ -83,7 +83,8 @@ fn partial_passes_run_out_beside_the_pass_before_them() {
                     let apart = |[a, b]: &[&CcPoint; 2]| distance_to_segment(&end.position, &a.position, &b.position);
                     let (_, beside) = others.min_by(|(_, a), (_, b)| apart(a).total_cmp(&apart(b))).unwrap();
                     let (apart, turn) = (apart(&beside), (beside[1].position - beside[0].position).angle(&end.feed));
-                    // A tenth of the strip where the front ends, on a column; each pass slopes by up to 0.2.
+                    // A tenth of the strip where the front ends, on a column; each pass slopes by
+                    // up to 0.2.
                     let share = apart / width(&end.position);
                     assert!(share < 0.16 && turn <= 2.0 * 0.2f64.atan() + 0.01, "{share} {turn}");
                     n += 1;

@@ -83,7 +83,8 @@ pub(crate) fn check_program(result: &Value, name: &str, text: &[u8]) -> Result<(
     Err(format!("describes another {name} than the one in the folder: the program was changed; use `facemill view`"))
 }
 
-/// Returns the programs of a plan's setups, by the index of the setup, from the reports beside them.
+/// Returns the programs of a plan's setups, by the index of the setup, from the reports beside
+/// them.
 ///
 /// # Errors
 /// If the plan is of another job, a file cannot be read, or a program was changed.
