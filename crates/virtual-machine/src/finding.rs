@@ -156,6 +156,7 @@ pub struct Finding {
     /// Number of times that it begins between these lines: 1, except for merged findings of one
     /// fault. Absent if 1.
     #[serde(skip_serializing_if = "is_one")]
+    #[schemars(default = "one")]
     pub episodes: usize,
     /// Number (N) of that block.
     pub block_number: Option<u32>,
@@ -187,12 +188,17 @@ pub struct Finding {
     pub time_s: Option<f64>,
     /// Further explanation.
     #[serde(skip_serializing_if = "String::is_empty")]
+    #[schemars(default)]
     pub note: String,
 }
 
 /// Whether nothing has to be said of how often something is.
 fn is_one(n: &usize) -> bool {
-    *n == 1
+    *n == one()
+}
+
+fn one() -> usize {
+    1
 }
 
 impl Finding {
