@@ -1,5 +1,7 @@
 //! Flows between two borders of a region, and spirals over their levels.
 
+use std::collections::BTreeSet;
+
 use facemill_cc_path::files::{
     CylindricalSectionsFile, FlowCylinderFile, FlowEndFile, FlowFile, FlowPlaneFile, SectionsFile, SpiralFile,
     StrategyFile,
@@ -50,9 +52,11 @@ pub(crate) fn region_flows(
     region.groups = Some(groups.clone());
     let extended = extended_region(job, setup, operation)?;
     let (surface, region) = pass_surface(setup, extended.as_deref(), region);
-    let all = surface.mesh().groups().iter().map(|group| &group.name);
-    ends.extend(all.filter(|name| !groups.contains(name)).map(|name| FlowEndFile::Group(name.clone())));
-    let found = possible_flows(surface, &region, &ends).map_err(|e| wrong(e.to_string()))?;
+    // Groups of the mesh, without that of an extended region beyond its border, which a job cannot name.
+    let all: BTreeSet<&String> = setup.around_drive.mesh().groups().iter().map(|group| &group.name).collect();
+    ends.extend(all.into_iter().filter(|name| !groups.contains(name)).map(|name| FlowEndFile::Group(name.clone())));
+    // Flows are candidates: a region that is too large for one has none.
+    let Ok(found) = possible_flows(surface, &region, &ends) else { return Ok(RegionFlows::default()) };
     Ok(RegionFlows::of(&found, extent.map(|extent| extent.longest)))
 }
 

@@ -174,9 +174,8 @@ fn without_repetitions(all: Vec<NamedStrategy>) -> Vec<NamedStrategy> {
     all.into_iter().filter(is_new).collect()
 }
 
-/// Returns constant scallop between the levels of the strategy in whose place it comes. Of the
-/// strategies beside sections it alone needs no more than the region: flows and spirals need ends,
-/// edges and roots a line and a width.
+/// Returns constant scallop between the levels of the strategy in whose place it comes. It needs no
+/// more than the region; flows and spirals need ends, edges and roots a line and a width.
 fn constant_scallop(seed: SeedFile, in_place_of: &StrategyFile) -> StrategyFile {
     StrategyFile::ConstantScallop(ConstantScallopFile { seed, second_seed: None, within: range_of(in_place_of) })
 }

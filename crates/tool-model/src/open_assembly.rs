@@ -84,8 +84,8 @@ impl OpenAssembly {
         Self { file: tool.to_file(), rigid_from: Some(shortest), least: [0.0; 4] }
     }
 
-    /// Returns it with lengths that are never less than these, mm: what something else needs of the
-    /// same tool. Of a rigid holder only the stick-out counts.
+    /// Returns it with lengths that are never less than these, mm: those that other programs need
+    /// of the same tool. Of a rigid holder only the stick-out counts.
     #[must_use]
     pub fn at_least(self, least: Lengths) -> Self {
         Self { least, ..self }

@@ -17,13 +17,13 @@ use facemill::report_page::html::{report_html, sheet_html};
 use facemill::report_page::stamp_line;
 use facemill::solution_space_file::PostureMapsFile;
 use facemill::virtual_machine::Assumption;
-use facemill::{CutRequest, DeviationRequest, Failure, Job, JobSetting, Planned, VerifyRequest, files, verify_program};
+use facemill::{CutRequest, DeviationRequest, Failure, Job, Planned, VerifyRequest, files, verify_program};
 use serde_json::Value;
 
 use crate::cli::arguments::ad_hoc_setup::StandArguments;
 use crate::cli::arguments::called_files::expand_in_place;
 use crate::cli::arguments::option_lengths::above_zero;
-use crate::cli::arguments::plan_folder::{check_inputs, check_program, program_of, reports_in};
+use crate::cli::arguments::plan_folder::{check_inputs, check_program, program_of, reports_in, settings_of};
 use crate::cli::arguments::program::{ProgramArguments, ProgramOfJob};
 use crate::cli::output::say;
 use crate::cli::progress::Progress;
@@ -346,16 +346,6 @@ fn job_of(arguments: &ReportArguments, folder: &Path) -> Result<PathBuf, Failure
     let folder = folder.canonicalize().map_err(|source| Failure::Read { file: folder.to_owned(), source })?;
     let found = folder.ancestors().map(|above| above.join("job.json")).find(|job| job.is_file());
     found.ok_or_else(|| Failure::input(&arguments.out, "no job.json is in it or above: name the plan's job with --job"))
-}
-
-/// Returns the settings that replaced values of the job.
-fn settings_of(result: &Value) -> Result<Vec<JobSetting>, String> {
-    let listed = result.get("settings").and_then(Value::as_array).into_iter().flatten();
-    let setting = |s: &Value| {
-        let key = s.get("key").and_then(Value::as_str).ok_or("a setting has no key")?;
-        format!("{key}={}", s.get("value").unwrap_or(&Value::Null)).parse::<JobSetting>().map_err(|e| e.to_string())
-    };
-    listed.map(setting).collect()
 }
 
 /// Checks that a file beside a program is of it: another would say what it does not do.

@@ -5,7 +5,7 @@ use facemill_tool_model::{AssemblyLength, Lengths, OpenAssembly};
 use facemill_virtual_machine::{ClearLengths, Finding, ForcedBy};
 
 use crate::lengths::FoundLengths;
-use crate::lengths::lengths_file::{LengthName, NoLength, OtherLengthsProgram, Posting};
+use crate::lengths::lengths_file::{LengthName, OtherLengthsProgram, Posting};
 use crate::lengths::lengths_run::LengthsRun;
 
 /// Searches for one tool, at least one, each for one of its programs.
@@ -15,7 +15,8 @@ pub(crate) struct Joint<'r, 'a> {
 
 /// Lengths for all programs.
 pub(crate) struct JointLengths {
-    /// Result of each search, with the same lengths; up to that which is hopeless.
+    /// Result of each search, with the same lengths if none is hopeless; else those up to the
+    /// hopeless one.
     pub(crate) found: Vec<ClearLengths>,
     /// Cause of each length, with the index of its program.
     forced_by: [Option<(usize, ForcedBy)>; 4],
@@ -52,23 +53,46 @@ impl Joint<'_, '_> {
         (run > 0).then(|| self.runs[run].scene.setup.file.name.clone())
     }
 
-    /// Returns the least lengths of an assembly with which no program has a collision: each search
-    /// begins with those that the others need, and only ever raises them.
+    /// Returns the least lengths of an assembly with which no program has a collision, and the
+    /// margin: each search begins with those that the others need, and only ever raises them.
     ///
     /// # Errors
     /// If a search has one, or the programs raise each other's lengths without an end.
     pub(crate) fn lengths(&self, assembly: &OpenAssembly, longest: f64) -> Result<JointLengths, Failure> {
-        let mut least = [0.0; 4];
-        let mut forced_by: [Option<(usize, ForcedBy)>; 4] = Default::default();
-        for round in 0..MAX_ROUNDS {
+        let margin = self.runs[0].request.margin;
+        if let [run] = self.runs {
+            let own = run.lengths(assembly, [longest, margin])?;
+            let forced_by = own.forced_by.clone().map(|by| by.map(|by| (0, by)));
+            return Ok(JointLengths { found: vec![own], forced_by });
+        }
+        let free = self.raised(assembly, [longest, 0.0], ([0.0; 4], Default::default()))?;
+        if free.hopeless().is_some() {
+            return Ok(free);
+        }
+        let mut least = *free.lengths();
+        for (length, by) in least.iter_mut().zip(&free.forced_by) {
+            *length += if by.is_some() { margin } else { 0.0 };
+        }
+        self.raised(assembly, [longest, margin], (least, free.forced_by))
+    }
+
+    /// Returns lengths from these on that all programs are free with, what forced them before
+    /// included.
+    fn raised(
+        &self,
+        assembly: &OpenAssembly,
+        limits: [f64; 2],
+        (mut least, mut forced_by): (Lengths, [Option<(usize, ForcedBy)>; 4]),
+    ) -> Result<JointLengths, Failure> {
+        for _ in 0..MAX_ROUNDS {
             let mut found = Vec::new();
             let mut is_raised = false;
             for (k, run) in self.runs.iter().enumerate() {
-                let own = run.lengths(&assembly.clone().at_least(least), longest)?;
+                let own = run.lengths(&assembly.clone().at_least(least), limits)?;
                 let is_hopeless = own.hopeless.is_some();
                 for l in 0..4 {
                     if own.lengths[l] > least[l] + SAME {
-                        is_raised |= round > 0 || k > 0;
+                        is_raised = true;
                         least[l] = own.lengths[l];
                         forced_by[l] = own.forced_by[l].clone().map(|by| (k, by));
                     }
@@ -97,19 +121,14 @@ impl Joint<'_, '_> {
 
     /// Returns the report on lengths.
     pub(crate) fn report(&self, found: &JointLengths, assembly: &OpenAssembly) -> Result<FoundLengths, Failure> {
-        let mut report = self.runs[0].lengths_report(&found.found[0], assembly)?;
-        if let Some((k, (length, by))) = found.hopeless().filter(|(k, _)| *k > 0) {
-            let file = &mut report.file;
-            file.lengths.clear();
-            file.findings.clear();
-            file.certificates = None;
-            file.none_is_free = Some(NoLength {
-                name: LengthName::of(*length),
-                longest_mm: self.runs[k].request.longest,
-                setup: self.setup_of(k),
-                by: self.runs[k].named(by.clone()),
-            });
-            report.tool = None;
+        let lead = found.hopeless().map_or(0, |(k, _)| k);
+        let mut report = self.runs[lead].lengths_report(&found.found[lead], assembly)?;
+        if lead > 0 {
+            // The report is that of the first program all the same.
+            let (first, file) = (&self.runs[0], &mut report.file);
+            file.setup.clone_from(&first.scene.setup.file.name);
+            file.program = first.stamp.clone();
+            file.none_is_free.iter_mut().for_each(|none| none.setup = self.setup_of(lead));
         }
         for length in &mut report.file.lengths {
             let index = AssemblyLength::ALL.into_iter().find(|l| LengthName::of(*l) == length.name);

@@ -250,7 +250,7 @@ impl LengthsFile {
             ));
         }
         out.push_str(&run_lines(self.certificates.as_ref(), &self.findings));
-        for other in &self.others {
+        for other in self.others.iter().filter(|_| self.none_is_free.is_none()) {
             out.push_str(&format!("{}\n", other.setup));
             if other.posting != self.posting {
                 out.push_str(&format!("  program           {}\n", other.posting.text()));
@@ -289,7 +289,10 @@ fn holder_line(holder: &HolderReport, is_chosen: bool) -> String {
     let mark = if is_chosen { "*" } else { " " };
     let what = match (&holder.stick_out_mm, &holder.forced_by, &holder.why_not) {
         (_, by, Some(why)) => match (&holder.finding, by) {
-            (Some(finding), _) => format!("{why}: {finding}"),
+            (Some(finding), _) => {
+                let of = holder.setup.as_ref().map_or_else(String::new, |setup| format!("{setup}, "));
+                format!("{why}: {of}{finding}")
+            }
             (None, Some(by)) => format!("{why}; {}", place(holder.setup.as_deref(), by)),
             (None, None) => why.clone(),
         },

@@ -7,10 +7,10 @@ use facemill_job::load::job::{Job, Setup};
 use facemill_job::setup::cell::budget;
 use facemill_job::setup::scene::Scene;
 use facemill_job::stages::Stages;
-use facemill_job::stock::map::StockMeshes;
 use facemill_nc_program::ReadProgram;
 use facemill_tool_model::{AssemblyLength, OpenAssembly};
 use facemill_verification::named_results::{name_obstacle, name_obstacles_of, not_verified};
+use facemill_verification::stock_run::stock_before;
 use facemill_virtual_machine::{
     Certificates, ClearLengths, Finding, FindingKind, ForcedBy, HeldAsCut, LengthSettings, LengthStock, VerifyError,
     VerifySettings, VirtualSetup, certify, clear_lengths, run_stock, verify,
@@ -42,7 +42,7 @@ impl<'a> LengthsRun<'a> {
         let stock = match &request.cut {
             Some(cut) => Some(match &cut.rest {
                 Some(rest) => rest.clone(),
-                None => StockMeshes::of(setup).map(job, setup, cut.cell, cut.region)?,
+                None => stock_before(job, setup, cut.cell, cut.region, cut.tolerance)?,
             }),
             None => None,
         };
@@ -57,9 +57,13 @@ impl<'a> LengthsRun<'a> {
         self.scene.virtual_setup(self.request.dialect)
     }
 
-    /// Returns the shortest lengths of an assembly.
-    pub(crate) fn lengths(&self, assembly: &OpenAssembly, longest: f64) -> Result<ClearLengths, Failure> {
-        let settings = LengthSettings { verify: self.verify.clone(), margin: self.request.margin, longest };
+    /// Returns the shortest lengths of an assembly, up to the longest and with a margin.
+    pub(crate) fn lengths(
+        &self,
+        assembly: &OpenAssembly,
+        [longest, margin]: [f64; 2],
+    ) -> Result<ClearLengths, Failure> {
+        let settings = LengthSettings { verify: self.verify.clone(), margin, longest };
         let monitor = self.stages.start("find lengths", 0);
         let stock = self.stock.as_ref().zip(self.request.cut.as_ref());
         let stock = stock.map(|(before, cut)| LengthStock { before, tolerance: cut.tolerance });

@@ -8,6 +8,7 @@ mod lengths_run;
 
 use std::path::Path;
 
+use facemill_cl_data::Silent;
 use facemill_job::failure::Failure;
 use facemill_job::format::program_stamp::ProgramStamp;
 use facemill_job::load::job::{Job, Setup};
@@ -79,9 +80,10 @@ pub struct FoundLengths {
 /// by [`run_stock`](facemill_virtual_machine::run_stock), with the program as posted for it: the
 /// file has all their findings.
 ///
-/// With other programs of the tool, the lengths are the least with which all of them have no
-/// collision and keep the margin: each program is searched from the lengths that the others need,
-/// until none needs more. Each begins with the stock of its setup, as programs before it leave it.
+/// Each program begins with the stock of its setup, as the known programs before it leave it
+/// ([`Job::programs`]). With other programs of the tool, the lengths are the least with which all of
+/// them have no collision, and the margin: each program is searched from the lengths that the others
+/// need, until none needs more, first without the margin and then with it.
 ///
 /// # Errors
 /// If a file of the job is wrong, a program is not understood, programs are of one setup or of
@@ -110,8 +112,10 @@ pub fn lengths_of_program(
         view.read_program(at.text, request.dialect).map_err(|e| Failure::input(at.program, e))
     };
     let programs = all.iter().zip(&views).map(read).collect::<Result<Vec<_>, _>>()?;
-    let setups: Vec<Setup<'_>> =
-        all.iter().zip(&views).map(|(at, view)| Setup::read(view, at.setup)).collect::<Result<_, _>>()?;
+    let mut setups = Vec::new();
+    for (at, view) in all.iter().zip(&views) {
+        setups.push(Setup::read(view, at.setup)?.after_programs(view, &Silent)?);
+    }
     let mut runs = Vec::new();
     for (((at, view), setup), program) in all.iter().zip(&views).zip(&setups).zip(&programs) {
         let stamp = ProgramStamp::new(at.program, at.text);

@@ -97,7 +97,8 @@ impl CutMotion<'_, '_> {
         }
         let (mut pieces, mut lost) = (Vec::new(), Vec::new());
         for (cuts, steep) in runs {
-            if cuts.len() >= 2 {
+            // A piece without a steep block stays, whatever it has.
+            if cuts.len() >= 2 || steep.is_none() {
                 pieces.push(PassSegment { cuts, ..piece.clone() });
                 continue;
             }
@@ -190,6 +191,9 @@ impl CutMotion<'_, '_> {
 /// greater than its mean.
 fn extrapolate_ends(descents: &mut [[f64; 2]]) {
     let n = descents.len();
+    if n < 2 {
+        return;
+    }
     let at_end = |[end, next]: [[f64; 2]; 2]| [end[0] + 0.5 * (end[0] - next[0]).max(0.0), end[1]];
     let first = at_end([descents[0], descents[1]]);
     let last = at_end([descents[n - 1], descents[n - 2]]);

@@ -1,3 +1,5 @@
+use std::collections::BTreeMap;
+
 use facemill_surface_model::Surface;
 use nalgebra::{Point3, Vector3};
 
@@ -18,8 +20,8 @@ pub struct PossibleFlow {
     pub way: Vector3<f64>,
     /// Length of both ends together, mm.
     pub length: f64,
-    /// Whether the region is in one piece and has no other border: levels are closed, and a spiral
-    /// can rise over them.
+    /// Whether the region is in one piece, each end is one closed line, and there is no other
+    /// border: levels are closed, and a spiral can rise over them.
     pub is_closed: bool,
 }
 
@@ -58,7 +60,9 @@ pub fn possible_flows(
                 flow: file,
                 way: ends[1].middle - ends[0].middle,
                 length: ends[0].length + ends[1].length,
-                is_closed: is_one && ends[0].n_edges + ends[1].n_edges == borders.len(),
+                is_closed: is_one
+                    && ends.iter().all(|end| end.is_closed)
+                    && ends[0].n_edges + ends[1].n_edges == borders.len(),
             });
         }
     }
@@ -66,7 +70,8 @@ pub fn possible_flows(
     Ok(found)
 }
 
-/// Returns whether a border lies at an end. Other ends than groups are quickly compared later.
+/// Returns whether a border lies at an end, as far as it takes little time to find out: true of all
+/// ends but groups.
 fn is_near(patch: &Patch, borders: &[[u32; 2]], end: &FlowEndFile) -> Result<bool, PathError> {
     let FlowEndFile::Group(group) = end else { return Ok(true) };
     let is_in = group_triangles(patch.surface, group)?;
@@ -77,23 +82,41 @@ fn is_near(patch: &Patch, borders: &[[u32; 2]], end: &FlowEndFile) -> Result<boo
 /// Border edges on an end of a flow.
 struct EndLine {
     n_edges: usize,
+    /// Whether they are one closed line.
+    is_closed: bool,
     length: f64,
     middle: Point3<f64>,
 }
 
 impl EndLine {
     fn of(patch: &Patch, borders: &[[u32; 2]], values: &[Option<f64>], value: f64) -> Self {
-        let on_end = borders.iter().filter(|edge| edge.iter().all(|&v| values[v as usize] == Some(value)));
-        let (mut n_edges, mut length, mut moment) = (0, 0.0, Vector3::zeros());
-        for edge in on_end {
-            let [a, b] = edge.map(|v| patch.mesh.vertices()[v as usize]);
+        let is_on = |edge: &&[u32; 2]| edge.iter().all(|&v| values[v as usize] == Some(value));
+        let on_end: Vec<[u32; 2]> = borders.iter().filter(is_on).copied().collect();
+        let (mut length, mut moment) = (0.0, Vector3::zeros());
+        let mut beside: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
+        for &[v, w] in &on_end {
+            let [a, b] = [v, w].map(|v| patch.mesh.vertices()[v as usize]);
             let part = nalgebra::distance(&a, &b);
-            n_edges += 1;
             length += part;
             moment += nalgebra::center(&a, &b).coords * part;
+            beside.entry(v).or_default().push(w);
+            beside.entry(w).or_default().push(v);
         }
-        Self { n_edges, length, middle: Point3::from(moment / length.max(f64::MIN_POSITIVE)) }
+        let n_edges = on_end.len();
+        let is_closed = beside.values().all(|next| next.len() == 2) && walked_around(&beside) == n_edges;
+        Self { n_edges, is_closed, length, middle: Point3::from(moment / length.max(f64::MIN_POSITIVE)) }
     }
+}
+
+/// Returns the number of vertices around a line from its first one, where each has two neighbours.
+fn walked_around(beside: &BTreeMap<u32, Vec<u32>>) -> usize {
+    let Some((&first, _)) = beside.first_key_value() else { return 0 };
+    let (mut before, mut at, mut n) = (first, beside[&first][0], 1);
+    while at != first {
+        let next = beside[&at].iter().find(|&&v| v != before).copied().unwrap_or(before);
+        (before, at, n) = (at, next, n + 1);
+    }
+    n
 }
 
 #[cfg(test)]

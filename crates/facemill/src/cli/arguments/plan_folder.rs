@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use facemill::formats::{MadeFrom, ProgramStamp};
-use facemill::{Failure, Job, files};
+use facemill::{Failure, Job, JobSetting, files};
 use serde_json::Value;
 
 /// Returns the reports of a folder with the parts of their names behind `report`, in order.
@@ -83,27 +83,49 @@ pub(crate) fn check_program(result: &Value, name: &str, text: &[u8]) -> Result<(
     Err(format!("describes another {name} than the one in the folder: the program was changed; use `facemill view`"))
 }
 
-/// Returns the programs of a plan's setups, by the index of the setup, from the reports beside
-/// them.
+/// Returns the settings that replaced values of the job.
+pub(crate) fn settings_of(result: &Value) -> Result<Vec<JobSetting>, String> {
+    let listed = result.get("settings").and_then(Value::as_array).into_iter().flatten();
+    let setting = |s: &Value| {
+        let key = s.get("key").and_then(Value::as_str).ok_or("a setting has no key")?;
+        format!("{key}={}", s.get("value").unwrap_or(&Value::Null)).parse::<JobSetting>().map_err(|e| e.to_string())
+    };
+    listed.map(setting).collect()
+}
+
+/// Reads the job of a plan's folder, with the settings of the plan, and the programs of its setups by
+/// the index of the setup. Rejected programs are not among them.
 ///
 /// # Errors
-/// If the plan is of another job, a file cannot be read, or a program was changed.
-pub(crate) fn programs_of_plan(job: &Job, folder: &Path) -> Result<Vec<(usize, PathBuf, Vec<u8>)>, Failure> {
+/// If the plan is of another job, its reports have different settings, a file cannot be read, or a
+/// program was changed.
+pub(crate) fn programs_of_plan(job: &Path, folder: &Path) -> Result<(Job, Vec<(usize, PathBuf, Vec<u8>)>), Failure> {
+    let reports = reports_in(folder)?;
+    let at = |suffix: &str| folder.join(format!("report{suffix}.json"));
+    let (first, report) = &reports[0];
+    let settings = settings_of(report).map_err(|why| Failure::input(&at(first), why))?;
+    let job = Job::read_with(job, &settings)?;
     let mut programs = Vec::new();
-    for (suffix, report) in reports_in(folder)? {
-        let file = folder.join(format!("report{suffix}.json"));
-        let wrong = |why: String| Failure::input(&file, why);
-        check_inputs(job, &report).map_err(wrong)?;
-        let setup = report.get("setup").and_then(Value::as_str).unwrap_or_default();
+    for (suffix, other) in &reports {
+        let wrong = |why: String| Failure::input(&at(suffix), why);
+        check_inputs(&job, other).map_err(wrong)?;
+        if other.get("settings") != report.get("settings") {
+            return Err(wrong(format!("has other settings than report{first}.json: plan all setups alike")));
+        }
+        let setup = other.get("setup").and_then(Value::as_str).unwrap_or_default();
         let index = job.file.setups.iter().position(|s| s.name == setup);
         let index = index.ok_or_else(|| wrong(format!("the job has no setup \"{setup}\"")))?;
-        // Where nothing is to be cut, there is no program.
-        let Some(name) = program_of(&report) else { continue };
+        // Where nothing is to be cut, there is no program; a rejected one does not run.
+        let Some(name) = program_of(other) else { continue };
+        if name.contains(files::REJECTED) {
+            eprintln!("facemill: {} is left out: the plan rejected it", folder.join(name).display());
+            continue;
+        }
         let path = folder.join(name);
         let text = files::read(&path)?;
-        check_program(&report, name, &text).map_err(wrong)?;
+        check_program(other, name, &text).map_err(wrong)?;
         programs.push((index, path, text));
     }
     programs.sort_by_key(|(index, ..)| *index);
-    Ok(programs)
+    Ok((job, programs))
 }

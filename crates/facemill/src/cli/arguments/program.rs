@@ -128,20 +128,23 @@ impl ProgramArguments {
         let Some(job) = &self.job else {
             return Err(Failure::input(folder, "needs --job, which names machine, tool and setups"));
         };
-        let mut job = Job::read(job)?;
         if self.setup.is_some() || !self.after.is_empty() {
             return Err(Failure::input(
                 folder,
                 "is a folder, whose reports name the setups: leave out --setup and --after",
             ));
         }
+        let (mut job, written) = programs_of_plan(job, folder)?;
         let dialect = self.dialect.unwrap_or_else(|| job.post.dialect());
-        let programs = programs_of_plan(&job, folder)?;
-        for (setup, path, text) in &programs {
-            let text = CalledProgram::of(&job, path, text, dialect)?.map_or_else(|| text.clone(), |(_, text)| text);
-            job.programs.add(*setup, Some((path.clone(), text)), dialect);
+        let mut programs = Vec::new();
+        for (setup, path, text) in written {
+            programs.push(OtherProgram::new(&job, (setup, path), text, dialect)?);
         }
-        let names: BTreeSet<&str> = programs.iter().filter_map(|(setup, ..)| job.tool_name(*setup)).collect();
+        for setup in 0..job.file.setups.len() {
+            let program = programs.iter().find(|program| program.setup == setup);
+            job.programs.add(setup, program.map(|p| (p.path.clone(), p.text.clone())), dialect);
+        }
+        let names: BTreeSet<&str> = programs.iter().filter_map(|program| job.tool_name(program.setup)).collect();
         let listed = names.iter().map(|name| format!("\"{name}\"")).collect::<Vec<_>>().join(", ");
         match tool {
             None if names.len() > 1 => {
@@ -160,15 +163,11 @@ impl ProgramArguments {
             }
             _ => {}
         }
-        let of_tool = programs.iter().filter(|(setup, ..)| tool.is_none() || job.tool_name(*setup) == tool);
-        let read = |(setup, path, text): &(usize, PathBuf, Vec<u8>)| {
-            OtherProgram::new(&job, (*setup, path.clone()), text.clone(), dialect)
-        };
-        let of_tool = of_tool.map(read).collect::<Result<Vec<_>, _>>()?;
-        if of_tool.is_empty() {
+        programs.retain(|program| tool.is_none() || job.tool_name(program.setup) == tool);
+        if programs.is_empty() {
             return Err(Failure::input(folder, "has no program: nothing is to be cut"));
         }
-        Ok((job, dialect, of_tool))
+        Ok((job, dialect, programs))
     }
 }
 

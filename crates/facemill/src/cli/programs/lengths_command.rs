@@ -87,7 +87,7 @@ struct Programs {
     programs: Vec<OtherProgram>,
 }
 
-/// Reads the programs that the arguments name; each counts as one before the setups behind it.
+/// Reads the programs that the arguments name; each runs before the setups behind its own.
 fn programs_of(arguments: &LengthsArguments) -> Result<Programs, Failure> {
     let named = &arguments.program;
     if named.program.is_dir() {
@@ -96,6 +96,7 @@ fn programs_of(arguments: &LengthsArguments) -> Result<Programs, Failure> {
             return Err(Failure::input(&named.program, why));
         }
         let (job, dialect, programs) = named.read_plan(arguments.tool.as_deref())?;
+        say_called(&programs)?;
         return Ok(Programs { job, dialect, programs });
     }
     if arguments.tool.is_some() {
@@ -108,12 +109,18 @@ fn programs_of(arguments: &LengthsArguments) -> Result<Programs, Failure> {
     for also in &arguments.also {
         programs.push(named.other_program(&job, "also", also)?);
     }
+    say_called(&programs[1..])?;
     if programs.len() > 1 {
         for program in &programs {
             job.programs.add(program.setup, Some((program.path.clone(), program.text.clone())), dialect);
         }
     }
     Ok(Programs { job, dialect, programs })
+}
+
+/// Prints where the lines of called files begin.
+fn say_called(programs: &[OtherProgram]) -> Result<(), Failure> {
+    programs.iter().filter_map(|program| program.called.as_ref()).try_for_each(|called| say(&called.summary_line()))
 }
 
 pub(crate) fn run(arguments: &LengthsArguments) -> Result<ExitCode, Failure> {

@@ -108,3 +108,37 @@ fn a_region_with_a_part_beside_the_ends_has_no_flow() {
         assert_eq!(possible_flows(&s, &region, &ends).unwrap().len(), n);
     }
 }
+
+#[test]
+fn an_end_of_two_lines_bounds_a_flow_that_cannot_be_wound() {
+    // A plate with a round border outside and two holes, both beside one group.
+    let hole = |x: f64, y: f64| [-12.0f64, 12.0].into_iter().any(|c| (x - c).abs() < 5.0 && y.abs() < 5.0);
+    let plate = |keep: &dyn Fn(f64, f64) -> bool| {
+        let whole = strip([-30.0, -20.0], [60.0, 40.0], [60, 40]);
+        let middle =
+            |t: &[u32; 3]| t.iter().fold(Vector3::zeros(), |s, &v| s + whole.vertices()[v as usize].coords) / 3.0;
+        let kept = whole.triangles().iter().filter(|t| keep(middle(t).x, middle(t).y)).copied().collect();
+        TriMesh::new(whole.vertices().to_vec(), kept).unwrap()
+    };
+    let around = [
+        strip([-40.0, -30.0], [80.0, 10.0], [80, 1]),
+        strip([-40.0, 20.0], [80.0, 10.0], [80, 1]),
+        strip([-40.0, -20.0], [10.0, 40.0], [1, 40]),
+        strip([30.0, -20.0], [10.0, 40.0], [1, 40]),
+    ];
+    for (holes, is_closed) in [(2, false), (1, true)] {
+        let is_hole = |x: f64, y: f64| hole(x, y) && (holes == 2 || x < 0.0);
+        let mut parts = vec![("face", plate(&|x, y| !is_hole(x, y))), ("holes", plate(&is_hole))];
+        let (mut vertices, mut triangles) = (Vec::new(), Vec::new());
+        for mesh in &around {
+            let n = vertices.len() as u32;
+            vertices.extend_from_slice(mesh.vertices());
+            triangles.extend(mesh.triangles().iter().map(|t| t.map(|v| v + n)));
+        }
+        parts.push(("around", TriMesh::new(vertices, triangles).unwrap()));
+        let region = Region { groups: Some(vec!["face".to_owned()]), ..Region::default() };
+        let found = possible_flows(&grouped(&parts), &region, &["around", "holes"].map(group)).unwrap();
+        assert_eq!(names(&found), [["around", "holes"]]);
+        assert_eq!(found[0].is_closed, is_closed, "{holes} holes");
+    }
+}
