@@ -93,13 +93,21 @@ pub(crate) fn settings_of(result: &Value) -> Result<Vec<JobSetting>, String> {
     listed.map(setting).collect()
 }
 
+/// Program of a plan, as it is written.
+pub(crate) struct PlanProgram {
+    /// Index of its setup.
+    pub(crate) setup: usize,
+    pub(crate) path: PathBuf,
+    pub(crate) text: Vec<u8>,
+}
+
 /// Reads the job of a plan's folder, with the settings of the plan, and the programs of its setups by
 /// the index of the setup. Rejected programs are not among them.
 ///
 /// # Errors
 /// If the plan is of another job, its reports have different settings, a file cannot be read, or a
 /// program was changed.
-pub(crate) fn programs_of_plan(job: &Path, folder: &Path) -> Result<(Job, Vec<(usize, PathBuf, Vec<u8>)>), Failure> {
+pub(crate) fn programs_of_plan(job: &Path, folder: &Path) -> Result<(Job, Vec<PlanProgram>), Failure> {
     let reports = reports_in(folder)?;
     let at = |suffix: &str| folder.join(format!("report{suffix}.json"));
     let (first, report) = &reports[0];
@@ -124,8 +132,8 @@ pub(crate) fn programs_of_plan(job: &Path, folder: &Path) -> Result<(Job, Vec<(u
         let path = folder.join(name);
         let text = files::read(&path)?;
         check_program(other, name, &text).map_err(wrong)?;
-        programs.push((index, path, text));
+        programs.push(PlanProgram { setup: index, path, text });
     }
-    programs.sort_by_key(|(index, ..)| *index);
+    programs.sort_by_key(|program| program.setup);
     Ok((job, programs))
 }

@@ -14,7 +14,7 @@ use facemill::{Failure, Job, files, no_program};
 
 use crate::cli::arguments::ad_hoc_setup::StandArguments;
 use crate::cli::arguments::dialect::dialect;
-use crate::cli::arguments::plan_folder::programs_of_plan;
+use crate::cli::arguments::plan_folder::{PlanProgram, programs_of_plan};
 
 #[derive(Args)]
 pub(crate) struct ProgramArguments {
@@ -137,7 +137,7 @@ impl ProgramArguments {
         let (mut job, written) = programs_of_plan(job, folder)?;
         let dialect = self.dialect.unwrap_or_else(|| job.post.dialect());
         let mut programs = Vec::new();
-        for (setup, path, text) in written {
+        for PlanProgram { setup, path, text } in written {
             programs.push(OtherProgram::new(&job, (setup, path), text, dialect)?);
         }
         for setup in 0..job.file.setups.len() {
