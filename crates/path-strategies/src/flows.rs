@@ -52,7 +52,8 @@ pub(crate) fn region_flows(
     region.groups = Some(groups.clone());
     let extended = extended_region(job, setup, operation)?;
     let (surface, region) = pass_surface(setup, extended.as_deref(), region);
-    // Groups of the mesh, without that of an extended region beyond its border, which a job cannot name.
+    // Groups of the mesh, without that of an extended region beyond its border, which a job cannot
+    // name.
     let all: BTreeSet<&String> = setup.around_drive.mesh().groups().iter().map(|group| &group.name).collect();
     ends.extend(all.into_iter().filter(|name| !groups.contains(name)).map(|name| FlowEndFile::Group(name.clone())));
     // Flows are candidates: a region that is too large for one has none.

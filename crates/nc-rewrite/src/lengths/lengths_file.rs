@@ -26,7 +26,8 @@ pub struct LengthsFile {
     /// Files of subprograms whose calls were expanded, in the order of their first calls; empty
     /// without. Lines count on from file to file, the program first: each says where it begins.
     pub called_files: Vec<CalledFile>,
-    /// Other programs of the tool that the lengths suit, in the order of the request; empty without.
+    /// Other programs of the tool that the lengths suit, in the order of the request; empty
+    /// without.
     pub others: Vec<OtherLengthsProgram>,
     /// BLAKE3 checksum of the program of the new plan; absent if the job was not planned again.
     #[serde(skip_serializing_if = "Option::is_none")]

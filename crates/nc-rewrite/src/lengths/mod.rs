@@ -81,9 +81,9 @@ pub struct FoundLengths {
 /// file has all their findings.
 ///
 /// Each program begins with the stock of its setup, as the known programs before it leave it
-/// ([`Job::programs`]). With other programs of the tool, the lengths are the least with which all of
-/// them have no collision, and the margin: each program is searched from the lengths that the others
-/// need, until none needs more, first without the margin and then with it.
+/// ([`Job::programs`]). With other programs of the tool, the lengths are the least with which all
+/// of them have no collision, and the margin: each program is searched from the lengths that the
+/// others need, until none needs more, first without the margin and then with it.
 ///
 /// # Errors
 /// If a file of the job is wrong, a program is not understood, programs are of one setup or of

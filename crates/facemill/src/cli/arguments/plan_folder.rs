@@ -101,8 +101,8 @@ pub(crate) struct PlanProgram {
     pub(crate) text: Vec<u8>,
 }
 
-/// Reads the job of a plan's folder, with the settings of the plan, and the programs of its setups by
-/// the index of the setup. Rejected programs are not among them.
+/// Reads the job of a plan's folder, with the settings of the plan, and the programs of its setups
+/// by the index of the setup. Rejected programs are not among them.
 ///
 /// # Errors
 /// If the plan is of another job, its reports have different settings, a file cannot be read, or a
