@@ -2,14 +2,16 @@
 
 use facemill::lengths::{AlsoProgram, LengthName, LengthsRequest, lengths_of_program};
 use facemill::nc_program::Dialect;
+use facemill::surface_model::{NamedNode, TriMesh, write_obj};
 use facemill::tool_model::OpenAssembly;
 use facemill::{Job, SilentStages};
 use facemill_tests::commands::facemill_in;
 use facemill_tests::jobs::JobFolder;
 use facemill_tests::variants::blink_patch;
+use nalgebra::Isometry3;
 use serde_json::{Value, json};
 
-use super::{MARGIN, OFF, PAST, SLACK, TOP, collisions, holder, library, obeys_its_schema, with_wall};
+use super::{MARGIN, OFF, PAST, SLACK, TOP, WALL, collisions, holder, library, obeys_its_schema, with_wall};
 
 /// Puts a second setup with an operation of its own behind the first of a job.
 fn add_setup(job: &JobFolder, change: impl Fn(&mut Value)) {
@@ -91,6 +93,64 @@ fn lengths_suit_all_programs_and_each_is_forced_by_one() {
             let tool = open.built(&shorter).unwrap().tool.to_file();
             assert!(!collisions(&job, &tool, forcing).is_empty() && collisions(&job, &tool, free).is_empty(), "{k}");
         }
+    }
+}
+
+/// Height of the wall's top, mm, after the first setup has cut it down.
+const CUT_TO: f64 = 20.0;
+
+/// Cuts the wall down along its middle, half a millimetre at a time.
+fn cut_down() -> String {
+    let mut text = "%\nO2\nG21 G90 G94 G49\nT1 M6\nS6000 M3\nG0 G43 X22. Y-40. Z440. B0. C0. H1\n".to_owned();
+    let mut at = -40.0;
+    for k in 1..=((WALL.1 - CUT_TO) / 0.5) as u32 {
+        let z = 300.0 + WALL.1 - 0.5 * f64::from(k);
+        let to = -at;
+        text += &format!("G1 Z{z:.1} F500.\nY{to:.1} F1000.\n");
+        at = to;
+    }
+    text + "G0 Z440.\nM30\n%\n"
+}
+
+#[test]
+fn a_program_begins_with_what_the_programs_before_leave() {
+    let job = wall_in_two_setups();
+    // The wall is stock of both setups, on a plate with the part in it, and no fixture.
+    let boxes = [[[-41.0, -41.0, -20.0], [41.0, 41.0, 5.5]], [[WALL.0, -30.0, 5.0], [WALL.0 + 4.0, 30.0, WALL.1]]];
+    let meshes = boxes.map(|[min, max]| {
+        let (vertices, triangles) = facemill_test_kit::box_mesh(min, max);
+        TriMesh::new(vertices, triangles).unwrap()
+    });
+    let node = |mesh: usize| NamedNode { name: ["plate", "wall"][mesh], mesh, transform: Isometry3::identity() };
+    job.write("stock.obj", &write_obj(&meshes.each_ref(), &[0, 1].map(node)).unwrap());
+    let mut file = job.json("job.json");
+    for setup in file["setups"].as_array_mut().unwrap() {
+        setup["meshes"].as_array_mut().unwrap().truncate(1);
+        setup["stock"] = json!({ "mesh": { "file": "stock.obj", "unit": "millimetre", "up_axis": "z" } });
+    }
+    job.write("job.json", file.to_string().as_bytes());
+    // A flute that a bound of what is left knows to cut layers of half a millimetre.
+    let mut tool = job.json("tool.json");
+    for key in ["flute_length_mm", "stick_out_mm", "gauge_length_mm"] {
+        tool[key] = json!(tool[key].as_f64().unwrap() + 1.4);
+    }
+    job.write("tool.json", tool.to_string().as_bytes());
+    job.write("down.tap", cut_down().as_bytes());
+    job.write("past.tap", PAST.as_bytes());
+    let l3 = |options: &str| {
+        let past = job.path("past.tap").display().to_string();
+        let output = facemill_in(&job, &format!("lengths {past} --job job.json --setup again -o l.json {options}"));
+        assert!(output.code <= 1, "{}{}", output.errors, output.printed);
+        let found = job.json("l.json");
+        let length = found["lengths"].as_array().unwrap().iter().find(|l| l["name"] == "L3").unwrap();
+        length["length_mm"].as_f64().unwrap()
+    };
+    let before = format!("--after top={}", job.path("down.tap").display());
+    for stock in ["", " --stock-cell-mm 0.5"] {
+        let (whole, cut) = (l3(stock), l3(&format!("{before}{stock}")));
+        println!("{stock}: {whole} {cut}");
+        // The flange passes over the wall, which is lower then, but for the cells of the stock.
+        assert!((whole - cut - (WALL.1 - CUT_TO)).abs() < 0.6, "{stock}: {whole} {cut}");
     }
 }
 

@@ -1,7 +1,7 @@
 use std::f64::consts::TAU;
 
 use facemill_cl_data::{CcPoint, ClPoint, Posture, Silent};
-use facemill_cutter_location::{FeasiblePose, Hints, Obstacle, PoseTest};
+use facemill_cutter_location::{FeasiblePose, Hints, Obstacle, PoseTest, Workcell};
 use facemill_interference::MeshTree;
 use facemill_inverse_kinematics::Machine;
 use facemill_surface_model::TriMesh;
@@ -54,6 +54,11 @@ fn tips(random: &mut Random) -> Vec<Point3<f64>> {
     tips
 }
 
+/// A mesh as stock in a cell.
+fn as_stock<'a>(stock: &'a MeshTree, cell: &Workcell<'a>) -> Obstacle<'a> {
+    Obstacle { name: "stock".to_owned(), mesh: stock.into(), gouge_allowance: None, ..cell.obstacles[0].clone() }
+}
+
 /// An upright cutter with its bottom below the top of a block is in it where it reaches over its
 /// side.
 #[test]
@@ -63,12 +68,7 @@ fn no_cut_goes_down_into_stock_more_steeply_than_the_tool_may() {
     let (corners, faces) = box_mesh([-HALF, -50.0, -40.0], [HALF, 50.0, TOP]);
     let stock = MeshTree::new(&TriMesh::new(corners, faces).unwrap());
     let mut cell = cell(&machine, &tool, &part);
-    let of_stock = Obstacle {
-        name: "stock".to_owned(),
-        mesh: (&stock).into(),
-        gouge_allowance: None,
-        ..cell.obstacles[0].clone()
-    };
+    let of_stock = as_stock(&stock, &cell);
     let on_plane = upright(&PoseTest::new(&cell));
     cell.obstacles = vec![of_stock];
     let test = PoseTest::new(&cell);
@@ -181,12 +181,7 @@ fn bows_of_the_control_do_not_go_down_into_stock_too_steeply() {
     let (corners, faces) = box_mesh([-HALF, -50.0, -40.0], [HALF, 50.0, 0.2]);
     let stock = MeshTree::new(&TriMesh::new(corners, faces).unwrap());
     let mut cell = cell(&machine, &tool, &part);
-    let of_stock = Obstacle {
-        name: "stock".to_owned(),
-        mesh: (&stock).into(),
-        gouge_allowance: None,
-        ..cell.obstacles[0].clone()
-    };
+    let of_stock = as_stock(&stock, &cell);
     cell.obstacles.push(of_stock);
     let test = PoseTest::new(&cell);
     let mut random = Random(23);
