@@ -68,7 +68,6 @@ fn poses_through_apt_text_have_their_axis_values() {
                     // Small angles are as frequent as large ones: the pole is among them.
                     AxisKind::Rotary => {
                         let angle = 10_f64.powf(random.between(-1.3, 2.0)).to_radians();
-
                         // Off the limits: a pose on one may be beyond it by its rounding.
                         (if random.one_in(2.0) { angle } else { -angle }).clamp(0.999 * axis.min, 0.999 * axis.max)
                     }
