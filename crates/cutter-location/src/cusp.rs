@@ -6,12 +6,11 @@ pub mod strips;
 
 use facemill_cl_data::{CcPoint, Posture};
 use facemill_surface_model::CurvatureTensor;
-use facemill_tool_model::{
-    Cusp, Cutter, Outline, SilhouetteCurvature, cusp_height_between, silhouette_curvature, step_over_for_cusp,
-};
+use facemill_tool_model::{Cusp, Cutter, FeedCurvature, Outline, cusp_height_between};
 
-use crate::cusp::cut_point::{CutPoint, Strip};
+use crate::cusp::cut_point::{CutPoint, Strip, feed_curvature};
 use crate::cusp::neighbours::{CutPass, Neighbour, NeighbourReach, Neighbours};
+use crate::cusp::strips::{osculating_width, strip_width};
 use crate::search::bezier::SearchCurve;
 
 /// Ridge between a point of a pass and the neighbouring pass.
@@ -21,17 +20,16 @@ pub struct Ridge {
     pub step_over: f64,
     /// Cusp that is left.
     pub cusp: Cusp,
-    /// Curvature of the surface across the feed between the two, 1/mm, positive where the part is
-    /// convex.
-    pub curvature: f64,
+    /// Curvature of the surface between the two.
+    pub curvature: FeedCurvature,
     /// Outline of the neighbouring pass in this point's frame (y to the left of the feed, z along
     /// the normal).
     pub neighbour: Outline,
 }
 
 /// Returns the ridge between every point of `pass` and `neighbour`, from the exact outlines of the
-/// tilted cutter; `None` where the plane across the feed does not meet the neighbour within `reach`
-/// mm.
+/// tilted cutter, and bend and twist of the surface along the neighbour; `None` where the plane
+/// across the feed does not meet the neighbour within `reach` mm.
 ///
 /// The surface between the two is taken as a circle through both CC points with their normals,
 /// which is exact to the third order of the step. Between two points of the neighbour, the posture
@@ -54,10 +52,10 @@ impl Ridge {
         let Strip { step_over, curvature } = beside.strip;
         let [outline, others] = outlines(cutter, own, beside);
         let (right, left) = if beside.is_left { (&outline, &others) } else { (&others, &outline) };
-        let cusp = cusp_height_between(right, left, step_over, curvature);
+        let cusp = cusp_height_between(right, left, step_over, &curvature);
         // This point lies to the right of a left neighbour.
         let from_neighbour = if beside.is_left { -beside.arc } else { beside.arc };
-        let neighbour = seen_along_circle(&others, from_neighbour, curvature);
+        let neighbour = seen_along_circle(&others, from_neighbour, curvature.across);
         Self { step_over, cusp, curvature, neighbour }
     }
 }
@@ -117,6 +115,9 @@ fn rim_clears(cutter: &Cutter, cc: &CcPoint, tensor: &CurvatureTensor, posture: 
     })
 }
 
+/// Share of the cusp from which a width is wide enough: 1 % of the width.
+const NEARLY: f64 = 0.98;
+
 /// Returns the distance that passes may have at a CC point: the largest step-over, up to
 /// `max_step_over`, whose cusp is at most `cusp` in the [expected posture](expected_posture). An
 /// estimate, because the posture is one.
@@ -130,19 +131,14 @@ pub fn expected_strip_width(
 ) -> f64 {
     let posture = expected_posture(cutter, cc, curvature, curve);
     let outline = Outline::new(cutter, posture);
-    let across = curvature.and_then(|t| t.normal_curvature(&cc.left())).unwrap_or(0.0);
-    // The outline's osculating circle nearly always gives the width at once; its exact form
+    let surface = feed_curvature(curvature, cc);
+    // The curvature at the contact nearly always gives the width at once; the exact outline
     // decides.
-    let bend = match silhouette_curvature(cutter, posture) {
-        SilhouetteCurvature::Flat => across,
-        SilhouetteCurvature::Round(k) => k + across,
-        SilhouetteCurvature::Sharp => f64::INFINITY,
-    };
-    let circle = if bend > 0.0 { (8.0 * cusp / bend).sqrt().min(max_step_over) } else { max_step_over };
-    if cusp_height_between(&outline, &outline, circle, across).is_within(cusp) {
-        return circle;
+    let osculating = osculating_width(cutter, posture, &surface, cusp).min(max_step_over);
+    match cusp_height_between(&outline, &outline, osculating, &surface) {
+        Cusp::Height(h) if h <= cusp && (h >= NEARLY * cusp || osculating == max_step_over) => osculating,
+        _ => strip_width(cutter, posture, &surface, cusp, max_step_over),
     }
-    step_over_for_cusp(&outline, &outline, cusp, across, circle)
 }
 
 #[cfg(test)]

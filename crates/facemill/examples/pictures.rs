@@ -8,7 +8,7 @@ use std::path::Path;
 
 use facemill::cl_data::Posture;
 use facemill::cl_file::{AptPoint, AptPointKind, read_apt};
-use facemill::tool_model::{Cusp, Cutter, Outline, cusp_height_between};
+use facemill::tool_model::{Cusp, Cutter, FeedCurvature, Outline, cusp_height_between};
 use facemill::z_map::{ZMap, ZMapSettings};
 use facemill::{Job, PlanSettings, SilentStages, files, plan_setup, read_mesh};
 use nalgebra::{Isometry3, Point3};
@@ -222,7 +222,10 @@ fn cusp(cutter: &Cutter) -> String {
     let posture = Posture { tilt: 3f64.to_radians(), rotate: 0.0 };
     let (step, curvature) = (30.0, 1.0 / 3000.0);
     let outline = Outline::new(cutter, posture);
-    let Cusp::Height(height) = cusp_height_between(&outline, &outline, step, curvature) else { return String::new() };
+    let Cusp::Height(height) = cusp_height_between(&outline, &outline, step, &FeedCurvature::straight(curvature))
+    else {
+        return String::new();
+    };
     let (sx, sy, origin) = (6.0, 120.0, (360.0, 250.0));
     let surface = |y: f64| -0.5 * curvature * (y - 0.5 * step).powi(2);
     let line = |f: &dyn Fn(f64) -> Option<f64>, color: &str, width: f64| {

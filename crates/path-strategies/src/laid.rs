@@ -14,6 +14,7 @@ use facemill_job::setup::path::lay_operation;
 use facemill_job::stages::{LAY, READ, Stages};
 use facemill_job::validate::setup_names::file_stem;
 use facemill_planner::{neighbour_reach, path_text};
+use facemill_tool_model::FeedCurvature;
 use facemill_tool_path::segments::LaidTask;
 use facemill_verification::efficiency::{OperationCuts, efficiency};
 use rayon::prelude::*;
@@ -133,11 +134,11 @@ fn drawn(job: &Job, operation: &OperationFile, passes: Vec<CutPass>) -> Vec<Vec<
     let point = |at: OwnPlace| {
         let own = &neighbours.passes()[at.pass].points[at.point];
         let beside = neighbours.of(at);
-        let share = |curvature: f64, step: f64| {
+        let share = |curvature: &FeedCurvature, step: f64| {
             let allowed = strip_width(cutter, own.posture, curvature, tolerances.cusp_mm, tolerances.max_step_over_mm);
             step / allowed.max(f64::MIN_POSITIVE)
         };
-        let strip_use = beside.before().map(|n| share(n.strip.curvature, n.strip.step_over)).reduce(f64::max);
+        let strip_use = beside.before().map(|n| share(&n.strip.curvature, n.strip.step_over)).reduce(f64::max);
         DrawnPoint { position: own.cc.position, normal: own.cc.normal, strip_use }
     };
     let of_pass = |pass: usize| {

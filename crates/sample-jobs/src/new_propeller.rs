@@ -90,7 +90,7 @@ pub(crate) fn propeller_job(spec: &PropellerSpec, name: &str, overlapping: bool)
         // Strips are narrow at the leading edge alone, and edges lean: fronts, and short arcs that
         // begin beyond the edge. Between blades that overlap, many pass ends need the larger arcs.
         operation["path"]["strategy"]["edge_fill"] = json!(true);
-        operation["path"]["strategy"]["width_rounds"] = json!(1);
+        operation["path"]["strategy"]["width_rounds"] = json!(3);
         let arc = json!({
             "shortest": {
                 "radius_mm": round_to(6.25 * radius, 1),

@@ -2,6 +2,7 @@
 
 use nalgebra::Point2;
 
+use crate::feed_curvature::FeedCurvature;
 use crate::outline::Outline;
 
 /// Ridge that two neighbouring passes leave between them.
@@ -22,22 +23,25 @@ impl Cusp {
 
 /// Height of the ridge between a pass and its neighbour to the left, from their exact outlines.
 ///
-/// `step` is the arc length (mm) on the surface's section across the feed, a circle of curvature
-/// `surface_curvature` (1/mm, positive where the part is convex, 0 for a plane), from the CC point
-/// of `right` to that of `left`. Both outlines are in their own CC point's frame with the same feed
-/// direction; a pass cut in the opposite one is [`mirrored`](Outline::mirrored).
+/// `step` is the arc length (mm) on the surface's section across the feed, a circle (a line where
+/// the curvature across the feed is 0), from the CC point of `right` to that of `left`. Both
+/// outlines are in their own CC point's frame with the same feed direction; a pass cut in the
+/// opposite one is [`mirrored`](Outline::mirrored).
 ///
-/// The ridge is highest where the height to which `right` clears the surface, which grows to the
-/// left, meets that of `left`, which falls. Its height is exact to 1e-9 mm for outlines that do so,
-/// which all do that do not gouge the circle; a pass that gouges it there counts as height 0. A
-/// step of 0 gives 0; a step that is not a finite length ≥ 0, or that spans more than half of the
-/// circle, is [`Cusp::Uncut`].
-pub fn cusp_height_between(right: &Outline, left: &Outline, step: f64, surface_curvature: f64) -> Cusp {
-    let spanned = step * surface_curvature.abs();
+/// Both cutters keep contact with a surface of this curvature along the whole feed, and leave what
+/// is in [`Outline::swept_height_at`]. On a cylinder at any angle to the feed the ridge is within 1
+/// % of the true one up to steps of half a radius; on a straight feed it is exact. The ridge is
+/// highest where the height to which `right` clears the surface, which grows to the left, meets
+/// that of `left`, which falls. That place is found to 1e-9 mm for outlines that do so, which all
+/// do that do not gouge the surface; a pass that gouges it there counts as height 0. A step of 0
+/// gives 0; a step that is not a finite length ≥ 0, or that spans more than half of the circle, is
+/// [`Cusp::Uncut`].
+pub fn cusp_height_between(right: &Outline, left: &Outline, step: f64, surface: &FeedCurvature) -> Cusp {
+    let spanned = step * surface.across.abs();
     if !(step >= 0.0 && step.is_finite() && spanned <= std::f64::consts::PI) {
         return Cusp::Uncut;
     }
-    let section = CircularSection { right, left, step, curvature: surface_curvature };
+    let section = CircularSection { right, left, step, surface: *surface };
     let ridge = section.crossing();
     if ridge.is_finite() { Cusp::Height(ridge.max(0.0)) } else { Cusp::Uncut }
 }
@@ -48,8 +52,8 @@ pub fn cusp_height_between(right: &Outline, left: &Outline, step: f64, surface_c
 /// Same outlines and frame as [`cusp_height_between`]; the ridge is taken to grow with the step, as
 /// it does for outlines that do not gouge. A cusp of 0 or less gives 0, unless the outlines are
 /// flat.
-pub fn step_over_for_cusp(right: &Outline, left: &Outline, cusp: f64, surface_curvature: f64, max_step: f64) -> f64 {
-    let fits = |step: f64| cusp_height_between(right, left, step, surface_curvature).is_within(cusp);
+pub fn step_over_for_cusp(right: &Outline, left: &Outline, cusp: f64, surface: &FeedCurvature, max_step: f64) -> f64 {
+    let fits = |step: f64| cusp_height_between(right, left, step, surface).is_within(cusp);
     if fits(max_step) {
         return max_step;
     }
@@ -71,19 +75,19 @@ struct CircularSection<'a> {
     right: &'a Outline,
     left: &'a Outline,
     step: f64,
-    curvature: f64,
+    surface: FeedCurvature,
 }
 
 impl CircularSection<'_> {
     /// Height of `outline` over the surface at arc length `s` from the outline's own CC point;
     /// infinite where it does not reach.
     fn height(&self, outline: &Outline, s: f64) -> f64 {
-        let turn = self.curvature * s;
+        let turn = self.surface.across * s;
         // Point of the circle by sinc forms, which have no pole at curvature 0.
         let half = 0.5 * turn;
         let chord = if half.abs() < 1e-9 { s } else { s * half.sin() / half };
         let foot = Point2::new(chord * half.cos(), -chord * half.sin());
-        outline.seen_from(foot, -turn).height_at(0.0).unwrap_or(f64::INFINITY)
+        outline.seen_from(foot, -turn).swept_height_at(0.0, s, &self.surface).unwrap_or(f64::INFINITY)
     }
 
     /// Heights of both outlines at arc length `s` from the right one.

@@ -10,8 +10,8 @@
 //! - [`Cutter::test_bodies`] are the bodies whose freedom proves that no cutter point is deeper
 //!   than the tolerance.
 //! - [`Outline`] is the trace of the tilted cutter, seen along the feed; [`cusp_height_between`] is
-//!   the ridge between two neighbouring passes, and [`silhouette_curvature`] the curvature of the
-//!   trace at the contact.
+//!   the ridge between two neighbouring passes on a surface of this [`FeedCurvature`], and
+//!   [`silhouette_curvature`] the curvature of the trace at the contact.
 //! - [`OpenAssembly`] is the assembly with its lengths L1 to L4 still open.
 //!
 //! ```
@@ -36,6 +36,7 @@
 //! |---|---|
 //! | `cutter` | cutters of radius R and corner radius r |
 //! | `contact` | contact of cutter and surface: CC to CL points |
+//! | `feed_curvature` | curvature of a surface seen along the feed |
 //! | `outline` | outline of a cutter across the feed |
 //! | `cusp` | ridge that two neighbouring passes leave between them |
 //! | `silhouette` | curvature of the outline that a cutter shows in the direction of feed |
@@ -50,6 +51,7 @@ mod assembly;
 mod contact;
 mod cusp;
 mod cutter;
+mod feed_curvature;
 mod holder_library;
 mod open_assembly;
 mod outline;
@@ -60,8 +62,9 @@ pub use assembly::{TOOL_LIMITS, ToolAssembly, ToolFileError, ToolSection};
 pub use contact::cl_from_cc;
 pub use cusp::{Cusp, cusp_height_between, step_over_for_cusp};
 pub use cutter::{Cutter, CutterError};
+pub use feed_curvature::FeedCurvature;
 pub use holder_library::{HolderError, HolderFile, HolderLibrary, HoldersFile, HoldersFormatTag};
 pub use open_assembly::{AssemblyLength, BuiltAssembly, Lengths, OpenAssembly};
 pub use outline::Outline;
-pub use silhouette::{SilhouetteCurvature, silhouette_curvature};
+pub use silhouette::{SilhouetteCurvature, envelope_curvature, silhouette_curvature};
 pub use tool_file::{AssumedMeasure, FORMAT, FormatTag, Section, SpindleRotation, Stack, ToolFile};

@@ -4,6 +4,7 @@ use facemill_cl_data::Posture;
 
 use crate::contact::canonical;
 use crate::cutter::Cutter;
+use crate::feed_curvature::FeedCurvature;
 
 /// Curvature at the contact point of the cutter's outline seen along the feed.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -58,4 +59,36 @@ pub fn silhouette_curvature(cutter: &Cutter, posture: Posture) -> SilhouetteCurv
     } else {
         SilhouetteCurvature::Sharp
     }
+}
+
+/// Curvature, at the contact, of what a cutter leaves over a surface across the feed, along which
+/// it keeps contact in one posture or another: det D/D_xx with D the sum of the curvatures of
+/// cutter and surface, x along the feed; 1/mm. The ridge of two such passes a step s apart is
+/// `s²/8` times this, to the second order.
+///
+/// Infinite for an edge seen end on. An untilted cutter other than a ball, and one that the surface
+/// bends to at least as much as the cutter bends itself along the feed (D_xx ≤ 0), count as on a
+/// straight feed: the curvature of the [silhouette](silhouette_curvature) and that across the feed.
+///
+/// Source: docs/method.md, outline along the feed, and cusp.
+pub fn envelope_curvature(cutter: &Cutter, posture: Posture, surface: &FeedCurvature) -> f64 {
+    let straight = match silhouette_curvature(cutter, posture) {
+        SilhouetteCurvature::Flat => return surface.across,
+        SilhouetteCurvature::Round(k) => k + surface.across,
+        SilhouetteCurvature::Sharp => return f64::INFINITY,
+    };
+    let posture = canonical(posture);
+    let (sin, (turn_sin, turn_cos)) = (posture.tilt.sin(), posture.rotate.sin_cos());
+    let (rim, r) = (cutter.rim_radius(), cutter.corner_radius());
+    // The cutter's curvatures times r, which may be 0: 1 over the corner, this around the rim.
+    let around = if rim == 0.0 { 1.0 } else { r * sin / (rim + r * sin) };
+    let along = turn_cos * turn_cos + around * turn_sin * turn_sin;
+    // Where the silhouette runs along the feed per distance aside.
+    let slant = (around - 1.0) * turn_cos * turn_sin / along;
+    let over = along + r * surface.along;
+    if over.is_nan() || over <= 0.0 {
+        return straight;
+    }
+    let slope = surface.along * slant + surface.twist;
+    straight + surface.along * slant * slant + 2.0 * surface.twist * slant - slope * slope * r / over
 }

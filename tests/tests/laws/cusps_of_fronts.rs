@@ -4,6 +4,7 @@
 use facemill::cc_path::strategies::{ConstantScallop, Region, Seed};
 use facemill::cc_path::{LaidPass, LaySettings, Strategy, lay_passes};
 use facemill::cl_data::{CcPoint, Posture, Silent};
+use facemill::cutter_location::cusp::cut_point::feed_curvature;
 use facemill::cutter_location::cusp::strips::strip_width;
 use facemill::surface_model::{Surface, SurfaceSettings, TriMesh};
 use facemill::tool_model::Cutter;
@@ -142,11 +143,11 @@ fn fronts_leave_the_cusp_within_one_percent_on_plain_shapes() {
             mesh = TriMesh::new(vertices, triangles).unwrap();
         }
         let surface = Surface::new(mesh, SurfaceSettings::default());
-        // What jobs take: the widest strip of the posture on the mesh's curvature across the feed.
+        // What jobs take: the widest strip of the posture on the mesh's curvature.
         let width = |cc: &CcPoint| {
             let foot = surface.closest_point(&cc.position, 1.0).unwrap();
-            let across = surface.curvature_at(&foot).and_then(|c| c.normal_curvature(&cc.left())).unwrap_or(0.0);
-            strip_width(&ball, Posture::default(), across, CUSP, WIDEST)
+            let curvature = feed_curvature(surface.curvature_at(&foot).as_ref(), cc);
+            strip_width(&ball, Posture::default(), &curvature, CUSP, WIDEST)
         };
         let start = shape.at(1e-6, 0.5);
         let way = shape.at(1e-3, 0.5) - shape.at(0.0, 0.5);

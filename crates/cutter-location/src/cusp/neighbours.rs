@@ -1,6 +1,7 @@
 //! Finds the passes beside a point of a pass, in the plane across its feed.
 
 mod crosses;
+mod curvature_along;
 mod ends;
 mod nearest_crossings;
 mod section;
@@ -9,8 +10,10 @@ use std::cell::Cell;
 
 use facemill_cl_data::{Aabb, CcPoint};
 use facemill_surface_model::{Below, NodeId, Tree};
+use facemill_tool_model::FeedCurvature;
 
 use crate::cusp::cut_point::{CutPoint, Strip};
+use crate::cusp::neighbours::curvature_along::curvatures_along;
 use crate::cusp::neighbours::ends::{BesideEnd, continued};
 use crate::cusp::neighbours::nearest_crossings::NearestCrossings;
 use crate::cusp::neighbours::section::section_crossing;
@@ -43,6 +46,8 @@ pub struct Neighbours {
     segments: Vec<[u32; 2]>,
     /// Box of each segment.
     boxes: Vec<Aabb>,
+    /// Curvature of the surface along each segment, and its twist; nothing across.
+    curvatures: Vec<FeedCurvature>,
     tree: Tree,
     /// Pass of each end, and whether it is the first point.
     ends: Vec<(u32, bool)>,
@@ -103,7 +108,7 @@ impl Beside {
     /// Returns the curvature of the surface across the feed, toward the nearest pass.
     pub fn curvature(&self) -> Option<f64> {
         let nearer = |a: Strip, b: Strip| if b.step_over < a.step_over { b } else { a };
-        self.nearest.iter().flatten().map(|n| n.strip).reduce(nearer).map(|strip| strip.curvature)
+        self.nearest.iter().flatten().map(|n| n.strip).reduce(nearer).map(|strip| strip.curvature.across)
     }
 }
 
@@ -127,8 +132,9 @@ impl Neighbours {
     /// Collects the passes of one place, in cutting order.
     pub fn new(passes: Vec<CutPass>, reach: NeighbourReach) -> Self {
         let mut segments = Vec::new();
-        let mut boxes = Vec::new();
+        let (mut boxes, mut curvatures) = (Vec::new(), Vec::new());
         for (pass, of) in passes.iter().enumerate() {
+            curvatures.extend(curvatures_along(&of.points));
             for (k, pair) in of.points.windows(2).enumerate() {
                 segments.push([pass as u32, k as u32]);
                 let [a, b] = [&pair[0].cc, &pair[1].cc];
@@ -146,7 +152,7 @@ impl Neighbours {
         };
         let end_boxes: Vec<Aabb> = ends.iter().map(|end| Aabb::of_points([&place(end)])).collect();
         let (tree, end_tree) = (Tree::build(&boxes), Tree::build(&end_boxes));
-        Self { tree, end_tree, passes, segments, boxes, ends, reach }
+        Self { tree, end_tree, passes, segments, boxes, curvatures, ends, reach }
     }
 
     /// Returns the passes as they were given.
@@ -186,7 +192,8 @@ impl Neighbours {
             }
             let points = &self.passes[pass].points;
             let crossing = section_crossing(&own.cc, [&points[segment], &points[segment + 1]]);
-            let Some(crossing) = crossing.and_then(|point| self.neighbour(own, point)) else { return };
+            let along = &self.curvatures[k as usize];
+            let Some(crossing) = crossing.and_then(|point| self.neighbour(own, point, along)) else { return };
             let distance = (crossing.point.cc.position - own.cc.position).norm();
             if at.is_some_and(|at| self.is_apart(at, (pass, &crossing), distance)) {
                 return;
@@ -238,7 +245,10 @@ impl Neighbours {
         let points = &self.passes[pass].points;
         let last = points.len() - 1;
         let end = if is_first { &points[0] } else { &points[last] };
-        let there = self.neighbour(own, continued(&own.cc, points, is_first)?)?;
+        // The segments of a pass follow each other.
+        let of_pass = self.segments.partition_point(|s| s[0] < pass as u32);
+        let along = &self.curvatures[of_pass + if is_first { 0 } else { last - 1 }];
+        let there = self.neighbour(own, continued(&own.cc, points, is_first)?, along)?;
         let aside = (there.point.cc.position - own.cc.position).norm();
         let ahead = own.cc.feed.dot(&(end.cc.position - own.cc.position));
         if ahead.abs() > LARGEST_GAP * aside || at.is_some_and(|at| self.is_apart(at, (pass, &there), aside)) {
@@ -271,12 +281,12 @@ impl Neighbours {
     }
 
     /// Returns a place of another pass in the plane across the feed as a neighbour; `None` where it
-    /// is not one.
-    fn neighbour(&self, own: &CutPoint, point: CutPoint) -> Option<Neighbour> {
+    /// is not one. `along` is the curvature of the surface along that pass.
+    fn neighbour(&self, own: &CutPoint, point: CutPoint, along: &FeedCurvature) -> Option<Neighbour> {
         let between = point.cc.position - own.cc.position;
         let chord = between.norm();
-        let along = own.cc.feed.dot(&point.cc.feed).abs();
-        if chord <= SAME_POINT || chord > self.reach.far || along < LEAST_ALONG {
+        let aligned = own.cc.feed.dot(&point.cc.feed).abs();
+        if chord <= SAME_POINT || chord > self.reach.far || aligned < LEAST_ALONG {
             return None;
         }
         let leaves = -own.cc.normal.dot(&between) / chord;
@@ -287,12 +297,13 @@ impl Neighbours {
             return None;
         }
         // Normals of a convex surface spread apart.
-        let curvature = (arrives + leaves) / chord;
-        let half_turn = 0.5 * chord * curvature;
-        let arc = if half_turn.abs() < 1e-6 { chord } else { 2.0 * half_turn.clamp(-1.0, 1.0).asin() / curvature };
+        let across = (arrives + leaves) / chord;
+        let half_turn = 0.5 * chord * across;
+        let arc = if half_turn.abs() < 1e-6 { chord } else { 2.0 * half_turn.clamp(-1.0, 1.0).asin() / across };
         // Two diverging lines are as far apart as measured across the middle between them.
-        let step_over = arc * along / (0.5 * (1.0 + along)).sqrt();
+        let step_over = arc * aligned / (0.5 * (1.0 + aligned)).sqrt();
         let is_left = own.cc.left().dot(&between) > 0.0;
+        let curvature = FeedCurvature { across, ..*along };
         Some(Neighbour { point, strip: Strip { step_over, curvature }, arc, is_left, is_earlier: true })
     }
 }

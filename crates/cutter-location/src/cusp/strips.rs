@@ -3,10 +3,10 @@
 
 use facemill_cl_data::{Aabb, CcPoint, Posture};
 use facemill_surface_model::{CurvatureTensor, Tree};
-use facemill_tool_model::{Cusp, Cutter, Outline, SilhouetteCurvature, cusp_height_between, silhouette_curvature};
+use facemill_tool_model::{Cusp, Cutter, FeedCurvature, Outline, cusp_height_between, envelope_curvature};
 use nalgebra::{Point3, Unit, Vector3};
 
-use crate::cusp::cut_point::CutPoint;
+use crate::cusp::cut_point::{CutPoint, feed_curvature};
 
 /// Widest strips at a place of a surface, mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -23,9 +23,10 @@ impl StripWidths {
     /// a surface with this curvature is cut.
     ///
     /// The outline of the tilted cutter is exact, the surface its osculating circle across the
-    /// feed, and both passes have the same posture. Without a curvature the surface is a plane.
-    /// The second width is that of rotate 0: the rim is then seen widest, so of all directions and
-    /// rotates at this tilt none leaves a wider strip, except by rounding.
+    /// feed, along which it bends and twists, and both passes have the same posture. Without a
+    /// curvature the surface is a plane. The second width is that of rotate 0 along a principal
+    /// direction: to the second order, of all directions and rotates at this tilt none leaves a
+    /// wider strip.
     ///
     /// Derived in docs/method.md#efficiency.
     pub fn at(
@@ -34,25 +35,29 @@ impl StripWidths {
         curvature: Option<&CurvatureTensor>,
         (cusp, largest): (f64, f64),
     ) -> Self {
-        let across = curvature.and_then(|t| t.normal_curvature(&at.cc.left())).unwrap_or(0.0);
-        let least = curvature.map_or(0.0, |t| t.principal().min);
+        let principal = curvature.map(CurvatureTensor::principal);
+        let best = principal.map_or_else(FeedCurvature::default, |p| FeedCurvature {
+            along: p.max,
+            twist: 0.0,
+            across: p.min,
+        });
         let leaning = Posture { tilt: at.posture.tilt, rotate: 0.0 };
         Self {
-            as_cut: strip_width(cutter, at.posture, across, cusp, largest),
-            widest: strip_width(cutter, leaning, least, cusp, largest),
+            as_cut: strip_width(cutter, at.posture, &feed_curvature(curvature, &at.cc), cusp, largest),
+            widest: strip_width(cutter, leaning, &best, cusp, largest),
         }
     }
 }
 
 /// Returns the widest strip between two passes of the same posture that leaves at most `cusp`
-/// (mm), where the surface has the curvature `across` (1/mm, positive where convex) across the
-/// feed; at most `largest` (mm), to 1e-6 of it.
+/// (mm) on a surface of this curvature; at most `largest` (mm), to 1e-6 of it.
 ///
-/// The exact counterpart of √(8·cusp / (κ + across)), with κ the curvature of the outline: the
-/// ridge is that of [`cusp_height_between`], and grows with the step.
-pub fn strip_width(cutter: &Cutter, posture: Posture, across: f64, cusp: f64, largest: f64) -> f64 {
+/// The exact counterpart of √(8·cusp / κ), with κ the curvature of the [envelope over the
+/// surface](envelope_curvature): the ridge is that of [`cusp_height_between`], and grows with the
+/// step.
+pub fn strip_width(cutter: &Cutter, posture: Posture, surface: &FeedCurvature, cusp: f64, largest: f64) -> f64 {
     let outline = Outline::new(cutter, posture);
-    let root_of = |step: f64| match cusp_height_between(&outline, &outline, step, across) {
+    let root_of = |step: f64| match cusp_height_between(&outline, &outline, step, surface) {
         Cusp::Height(height) => height.sqrt(),
         Cusp::Uncut => f64::INFINITY,
     };
@@ -62,7 +67,7 @@ pub fn strip_width(cutter: &Cutter, posture: Posture, across: f64, cusp: f64, la
         return largest;
     }
     let (mut low, mut high) = ((0.0, 0.0), (largest, at_largest));
-    let mut step = osculating_width(cutter, posture, across, cusp).clamp(0.0, largest);
+    let mut step = osculating_width(cutter, posture, surface, cusp).clamp(0.0, largest);
     // The root of the height grows nearly in proportion to the step, so the secant converges at
     // once. Every third step halves the bracket, whatever the outline's shape.
     for k in 0..MOST_STEPS {
@@ -88,13 +93,9 @@ const CLOSE: f64 = 1e-7;
 /// Upper bound of the steps to a width: 20 halvings among them alone give 1e-6 of the largest.
 const MOST_STEPS: usize = 60;
 
-/// Returns the width by the osculating circle of the outline: the second-order formula.
-fn osculating_width(cutter: &Cutter, posture: Posture, across: f64, cusp: f64) -> f64 {
-    let bend = match silhouette_curvature(cutter, posture) {
-        SilhouetteCurvature::Flat => across,
-        SilhouetteCurvature::Round(k) => k + across,
-        SilhouetteCurvature::Sharp => f64::INFINITY,
-    };
+/// Returns the width by the curvature at the contact: the second-order formula.
+pub(crate) fn osculating_width(cutter: &Cutter, posture: Posture, surface: &FeedCurvature, cusp: f64) -> f64 {
+    let bend = envelope_curvature(cutter, posture, surface);
     if bend > 0.0 { (8.0 * cusp / bend).sqrt() } else { f64::INFINITY }
 }
 

@@ -2,7 +2,7 @@
 
 use facemill_cl_data::Posture;
 use facemill_inverse_kinematics::{AxisKind, AxisValues, MAX_AXES, Machine};
-use facemill_tool_model::{Cusp, Cutter, Outline, cusp_height_between};
+use facemill_tool_model::{Cusp, Cutter, FeedCurvature, Outline, cusp_height_between, envelope_curvature};
 use rayon::prelude::*;
 
 use crate::cusp::cut_point::Strip;
@@ -53,7 +53,7 @@ impl CuspScale {
     /// Returns the same without that bound; uncut strips count as several times it.
     fn relative_height(&self, outline: &Outline, strip: &Strip) -> f64 {
         const UNCUT: f64 = 4.0 * HIGHEST;
-        match cusp_height_between(outline, outline, strip.step_over, strip.curvature) {
+        match cusp_height_between(outline, outline, strip.step_over, &strip.curvature) {
             Cusp::Height(h) => (h / self.allowed).min(UNCUT),
             Cusp::Uncut => UNCUT,
         }
@@ -65,7 +65,9 @@ impl CuspScale {
 const NODES: usize = 17;
 
 /// Relative cusp heights of some postures over the range of most strips: exact at the nodes of a
-/// grid, linear between them. Strips outside the grid are computed exactly, one by one.
+/// grid, linear between them. Strips outside the grid are computed exactly, one by one. Where the
+/// surface bends or twists along the feed, the strip counts as one on a straight feed with as much
+/// more curvature across as the envelope has there: its cusp to the second order.
 #[derive(Clone, Debug)]
 pub(crate) struct CuspTable {
     scale: CuspScale,
@@ -115,7 +117,11 @@ impl Range {
 impl CuspTable {
     /// Tabulates these postures for strips like these, at least one.
     pub(crate) fn new(scale: &CuspScale, postures: &[Posture], strips: &[Strip]) -> Self {
-        let curvature = Range::of(strips.iter().map(|s| s.curvature));
+        let counted = |posture: &Posture| {
+            let sample = strips.iter().step_by(1 + strips.len() / SAMPLED);
+            sample.filter_map(|s| straightened(&scale.cutter, *posture, &s.curvature)).collect::<Vec<_>>()
+        };
+        let curvature = Range::of(postures.iter().flat_map(counted));
         let step_sq = Range::of(strips.iter().map(|s| s.step_over * s.step_over));
         let heights = postures
             .par_iter()
@@ -123,7 +129,8 @@ impl CuspTable {
                 let outline = Outline::new(&scale.cutter, posture);
                 std::array::from_fn(|i| {
                     std::array::from_fn(|j| {
-                        let strip = Strip { curvature: curvature.at(i), step_over: step_sq.at(j).max(0.0).sqrt() };
+                        let curvature = FeedCurvature::straight(curvature.at(i));
+                        let strip = Strip { curvature, step_over: step_sq.at(j).max(0.0).sqrt() };
                         scale.relative_height(&outline, &strip)
                     })
                 })
@@ -139,10 +146,10 @@ impl CuspTable {
 
     /// As [`CuspScale::height`], for the posture of this index.
     fn height(&self, posture: usize, strip: &Strip) -> f64 {
-        let (curvature, step_sq) = (strip.curvature, strip.step_over * strip.step_over);
-        if !(self.curvature.holds(curvature) && self.step_sq.holds(step_sq)) {
-            return self.scale.height(self.postures[posture], strip);
-        }
+        let step_sq = strip.step_over * strip.step_over;
+        let curvature = straightened(&self.scale.cutter, self.postures[posture], &strip.curvature);
+        let held = curvature.filter(|&c| self.curvature.holds(c) && self.step_sq.holds(step_sq));
+        let Some(curvature) = held else { return self.scale.height(self.postures[posture], strip) };
         let grid = &self.heights[posture];
         let ((i, s), (j, t)) = (self.curvature.place(curvature), self.step_sq.place(step_sq));
         let (i1, j1) = ((i + 1).min(NODES - 1), (j + 1).min(NODES - 1));
@@ -150,6 +157,20 @@ impl CuspTable {
         let high = grid[i1][j] * (1.0 - t) + grid[i1][j1] * t;
         (low * (1.0 - s) + high * s).min(HIGHEST)
     }
+}
+
+/// Strips of which the range of curvatures is taken.
+const SAMPLED: usize = 500;
+
+/// Returns the curvature across a straight feed with which a posture leaves the same cusp, to the
+/// second order; `None` for an edge seen end on.
+fn straightened(cutter: &Cutter, posture: Posture, surface: &FeedCurvature) -> Option<f64> {
+    if surface.along == 0.0 && surface.twist == 0.0 {
+        return Some(surface.across);
+    }
+    let curved = envelope_curvature(cutter, posture, surface);
+    let more = curved - envelope_curvature(cutter, posture, &FeedCurvature::straight(surface.across));
+    more.is_finite().then_some(surface.across + more)
 }
 
 /// Scale for the cost of axis motion: the square of each axis' speed against a speed that is much

@@ -75,7 +75,7 @@ fn settings(tilt: [f64; 2], shared_tests: f64) -> PairSettings {
         ranges: [range; 2],
         feeds: [20.0, 25.0],
         cusps: [0.1; 2],
-        strips: [Strip { step_over: 5.0, curvature: 0.0 }; 2],
+        strips: [Strip::on_plane(5.0); 2],
         max_turn_per_mm: 0.02,
         spacing: shared_tests,
     }
@@ -142,7 +142,7 @@ fn both_heads_stand_where_they_were_planned() {
             assert!(machine.first_beyond_limit(&pose.axes).is_none());
             let outline = Outline::new(tool.cutter(), pose.poses[h].posture);
             let strip = settings([3.0, 15.0], 1.0).strips[h];
-            let cusp = cusp_height_between(&outline, &outline, strip.step_over, strip.curvature);
+            let cusp = cusp_height_between(&outline, &outline, strip.step_over, &strip.curvature);
             assert!(matches!(cusp, Cusp::Height(height) if height <= 0.1), "head {h}: {cusp:?}");
         }
     }

@@ -147,7 +147,7 @@ pub fn pass_settings(operation: &OperationFile) -> PassSettings {
         PostureModeFile::Smooth => PostureMode::Smooth(SmoothSettings {
             feed: operation.feeds.cutting_mm_min / 60.0,
             cusp: tolerances.cusp_mm,
-            strip: Strip { step_over: tolerances.max_step_over_mm, curvature: 0.0 },
+            strip: Strip::on_plane(tolerances.max_step_over_mm),
         }),
         PostureModeFile::Fixed(f) => {
             PostureMode::Fixed(Posture::from_lead_lean(f.lead_deg.to_radians(), f.lean_deg.to_radians()))

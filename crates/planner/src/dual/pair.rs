@@ -481,7 +481,7 @@ pub(crate) fn run_planner<'r, 'a>(
             ranges: ranges.map(|of_head| of_head[0]),
             feeds: files.map(|f| f.feeds.cutting_mm_min / 60.0),
             cusps: files.map(|f| f.tolerances.cusp_mm),
-            strips: files.map(|f| Strip { step_over: f.tolerances.max_step_over_mm, curvature: 0.0 }),
+            strips: files.map(|f| Strip::on_plane(f.tolerances.max_step_over_mm)),
             max_turn_per_mm: turn(files[0]).min(turn(files[1])),
             spacing: SPACING * radius,
         },

@@ -346,7 +346,7 @@ impl<'a> Interposer<'_, 'a> {
         let step = beside.strip.step_over;
         let steepest = |posture: Posture| {
             let outline = Outline::new(cutter, posture);
-            step_over_for_cusp(&outline, &outline, self.cusp, beside.strip.curvature, step)
+            step_over_for_cusp(&outline, &outline, self.cusp, &beside.strip.curvature, step)
         };
         let allowed = steepest(own.posture).min(steepest(beside.point.posture)).max(self.least_step);
         let n = (MARGIN * step / allowed).ceil() as usize;

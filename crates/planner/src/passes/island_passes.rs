@@ -9,6 +9,7 @@ use facemill_cutter_location::cusp::strips::{NearestCuts, strip_width};
 use facemill_job::failure::Failure;
 use facemill_job::stages::Stages;
 use facemill_surface_model::{Surface, place_islands};
+use facemill_tool_model::FeedCurvature;
 use facemill_tool_path::moves::lead::CutRegion;
 use facemill_tool_path::segments::LaidTask;
 use nalgebra::{Matrix3, Point3, SymmetricEigen, Unit, Vector3};
@@ -128,7 +129,7 @@ impl Interposer<'_, '_> {
         let of_way = |along: Unit<Vector3<f64>>| {
             let frame = IslandFrame { middle: middle.into(), normal, along };
             let lines = frame.lines(island, wide, self.least_length);
-            let strip = Strip { step_over: lines.apart, curvature: 0.0 };
+            let strip = Strip::on_plane(lines.apart);
             let extra = |aside: &f64| {
                 let points = self.line(&frame, *aside, lines.reach, (island, settings));
                 let task = LaidTask { pass: Pass::new(points), ..like.clone() };
@@ -159,7 +160,13 @@ impl Interposer<'_, '_> {
     /// Returns the width of the strip that a posture cuts down to the permitted cusp on a plane,
     /// mm.
     fn strip_of(&self, posture: Posture, settings: &IslandSettings<'_>) -> f64 {
-        strip_width(self.tests.plain.cell.tool.cutter(), posture, 0.0, self.cusp, settings.most_step_over)
+        strip_width(
+            self.tests.plain.cell.tool.cutter(),
+            posture,
+            &FeedCurvature::default(),
+            self.cusp,
+            settings.most_step_over,
+        )
     }
 
     /// Returns points of the surface in a plane along the normal of an island, at a distance aside

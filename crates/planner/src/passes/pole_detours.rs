@@ -243,7 +243,7 @@ impl Detours<'_, '_> {
         let passes = |k: usize| {
             let (Some(Some(strip)), Some(Ok(pose))) = (task.strips.get(k), outcomes.points.get(k)) else { return 0.0 };
             let outline = Outline::new(cutter, pose.posture);
-            match cusp_height_between(&outline, &outline, strip.step_over, strip.curvature) {
+            match cusp_height_between(&outline, &outline, strip.step_over, &strip.curvature) {
                 Cusp::Height(height) => ((height / self.cusp).sqrt().ceil() - 1.0).clamp(0.0, PASSES_IN_UNCUT),
                 Cusp::Uncut => PASSES_IN_UNCUT,
             }

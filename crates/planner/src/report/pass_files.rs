@@ -6,6 +6,7 @@ use facemill_cutter_location::cusp::strips::strip_width;
 use facemill_job::format::report::Report;
 use facemill_job::frames::places;
 use facemill_job::load::job::{Job, Setup};
+use facemill_tool_model::FeedCurvature;
 use facemill_tool_path::moves::PieceMoves;
 use nalgebra::Isometry3;
 
@@ -95,11 +96,11 @@ impl<'o> Drawn<'o> {
             let along = o.along.get(*k).into_iter().flatten().filter(|a| a.is_point).map(|a| a.ridge);
             let points = moves.piece.cuts.iter().filter(|cut| !cut.inserted);
             let drawn = points.zip(along.chain(std::iter::repeat(None))).map(|(cut, ridge)| {
-                let allowed = |curvature: f64| {
+                let allowed = |curvature: &FeedCurvature| {
                     let (cusp, largest) = (tolerances.cusp_mm, tolerances.max_step_over_mm);
                     strip_width(cutter, cut.pose.posture, curvature, cusp, largest)
                 };
-                let strip_use = ridge.map(|r| r.step_over / allowed(r.curvature).max(f64::MIN_POSITIVE));
+                let strip_use = ridge.map(|r| r.step_over / allowed(&r.curvature).max(f64::MIN_POSITIVE));
                 let cc = cut.cc.transformed(&self.first_from_place);
                 DrawnPoint { position: cc.position, normal: cc.normal, strip_use }
             });

@@ -9,7 +9,7 @@ use facemill_inverse_kinematics::{Axis, AxisKind, AxisValues, Branch, BranchPref
 use facemill_tool_model::{Cusp, Outline, cusp_height_between};
 use nalgebra::Vector3;
 
-pub(crate) const STRIP: Strip = Strip { step_over: 6.0, curvature: 0.0 };
+pub(crate) const STRIP: Strip = Strip::on_plane(6.0);
 pub(crate) const SMOOTH: SmoothSettings = SmoothSettings { feed: 20.0, cusp: 0.05, strip: STRIP };
 
 /// Cost of starting on the branch that is not preferred, of changing branch, and of each limit
@@ -84,7 +84,7 @@ impl Cost<'_> {
         let before = if k > 0 { self.time(k - 1) } else { 0.0 };
         let after = if k + 1 < self.points.len() { self.time(k) } else { 0.0 };
         let outline = Outline::new(self.cell.tool.cutter(), posture);
-        let height = match cusp_height_between(&outline, &outline, STRIP.step_over, STRIP.curvature) {
+        let height = match cusp_height_between(&outline, &outline, STRIP.step_over, &STRIP.curvature) {
             Cusp::Height(h) => (h / SMOOTH.cusp).min(4.0),
             Cusp::Uncut => 4.0,
         };

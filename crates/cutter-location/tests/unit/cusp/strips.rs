@@ -10,13 +10,14 @@ fn leaning(tilt_deg: f64) -> Posture {
 fn strip_of_a_ball_on_plane_and_sphere_is_the_closed_form() {
     let (r, cusp) = (5.0, 0.05);
     let ball = Cutter::new(r, r, 10.0).unwrap();
-    let plane = strip_width(&ball, leaning(10.0), 0.0, cusp, 100.0);
+    let plane = strip_width(&ball, leaning(10.0), &FeedCurvature::default(), cusp, 100.0);
     assert!((plane - 2.0 * (2.0 * r * cusp - cusp * cusp).sqrt()).abs() < 1e-5, "{plane}");
     // Sphere of radius R: centres on R + r, ridge on R + h, sides of a triangle with the third r.
     for radius in [2.5f64, 40.0, -60.0] {
         let (far, near) = ((radius + r).abs(), (radius + cusp).abs());
         let half = ((far * far + near * near - r * r) / (2.0 * far * near)).acos();
-        let found = strip_width(&ball, leaning(10.0), 1.0 / radius, cusp, 100.0);
+        let round = FeedCurvature { along: 1.0 / radius, twist: 0.0, across: 1.0 / radius };
+        let found = strip_width(&ball, leaning(10.0), &round, cusp, 100.0);
         let exact = 2.0 * half * radius.abs();
         assert!((found - exact).abs() < 1e-5, "{radius}: {found} {exact}");
     }
@@ -26,7 +27,7 @@ fn strip_of_a_ball_on_plane_and_sphere_is_the_closed_form() {
 fn strip_of_a_leaning_disc_is_that_of_its_ellipse() {
     let disc = Cutter::new(80.0, 0.0, 10.0).unwrap();
     for (tilt, cusp) in [(2.0f64, 0.1f64), (5.0, 0.1), (15.0, 0.02)] {
-        let found = strip_width(&disc, leaning(tilt), 0.0, cusp, 160.0);
+        let found = strip_width(&disc, leaning(tilt), &FeedCurvature::default(), cusp, 160.0);
         let cos = 1.0 - cusp / (80.0 * tilt.to_radians().sin());
         let exact = 160.0 * (1.0 - cos * cos).sqrt();
         assert!((found / exact - 1.0).abs() < 1e-6, "{tilt}: {found} {exact}");
@@ -43,9 +44,9 @@ fn the_strip_leaves_the_cusp_and_no_other_direction_is_wider() {
         let posture = Posture { tilt: random.between(0.01, 0.6), rotate: random.between(-1.4, 1.4) };
         let (cusp, largest) = (random.between(0.005, 0.2), random.between(0.2, 1.5) * radius);
         let across = random.between(-0.2, 0.5) / radius;
-        let width = strip_width(&cutter, posture, across, cusp, largest);
+        let width = strip_width(&cutter, posture, &FeedCurvature::straight(across), cusp, largest);
         let outline = Outline::new(&cutter, posture);
-        let left = cusp_height_between(&outline, &outline, width, across);
+        let left = cusp_height_between(&outline, &outline, width, &FeedCurvature::straight(across));
         let Cusp::Height(height) = left else { panic!("{left:?}") };
         assert!(
             height <= cusp * (1.0 + 1e-5) && (width == largest || height >= cusp * (1.0 - 1e-5)),

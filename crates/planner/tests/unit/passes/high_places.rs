@@ -26,13 +26,8 @@ fn places_of_a_strip_are_those_between_its_sides_and_near_the_line_across() {
         };
         let (own, other) = (at(point(8.0)), at(point(8.0)));
         let width = (other.cc.position - own.cc.position).norm();
-        let beside = Neighbour {
-            point: other,
-            strip: Strip { step_over: width, curvature: 0.0 },
-            is_left: true,
-            is_earlier: true,
-            arc: width,
-        };
+        let beside =
+            Neighbour { point: other, strip: Strip::on_plane(width), is_left: true, is_earlier: true, arc: width };
         // By angles at both ends and the distance from the line.
         let is_in = |place: &HighPlace| {
             let (a, b) = (place.position - own.cc.position, place.position - other.cc.position);

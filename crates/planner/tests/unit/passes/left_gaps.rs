@@ -24,7 +24,7 @@ fn point(x: f64, facing: Vector3<f64>) -> CutPoint {
 }
 
 fn is_between(gaps: &LeftGaps, copy: usize, from: f64, to: f64) -> bool {
-    let strip = Strip { step_over: (to - from).abs(), curvature: 0.0 };
+    let strip = Strip::on_plane((to - from).abs());
     let beside =
         Neighbour { point: point(to, Vector3::z()), strip, arc: strip.step_over, is_left: false, is_earlier: true };
     gaps.is_between(copy, &point(from, Vector3::z()), &beside)
