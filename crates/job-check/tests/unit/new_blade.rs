@@ -1,10 +1,12 @@
+use std::collections::BTreeSet;
 use std::fmt::Write;
 
-use nalgebra::{Unit, UnitQuaternion, Vector3};
+use nalgebra::{Point3, Unit, UnitQuaternion, Vector3};
 
 use facemill_job::examples::new_job::{NewJob, new_job};
 use facemill_job::format::job_file::RoleFile;
 use facemill_job::load::job::Job;
+use facemill_job::load::mesh_files::read_mesh;
 
 const INF: &str =
     "Axis of Rotation: Z\nNumber of Blade Sets: 11\nGeometry Units: CM\nProfile Data File: curves/p.crv\n";
@@ -103,4 +105,136 @@ fn a_blade_on_its_hub_has_passes_on_the_share_that_its_name_states() {
         let setup = &job.file.setups[k];
         assert!(setup.meshes.iter().any(|mesh| mesh.role == RoleFile::Check && mesh.allowance_mm == 1.0));
     }
+}
+
+/// Text and points (mm) of a splitter in the profile file: half as long, with fewer points, and
+/// this far beside the main blade, cm.
+fn splitter(beside: f64) -> (String, Vec<[f64; 3]>) {
+    let (mut text, mut points) = (String::from("## Splitter blade\n"), Vec::new());
+    for k in 0..3 {
+        writeln!(text, "# Profile {k}").unwrap();
+        for j in 0..=40 {
+            let (sin, cos) = (f64::from(j) * std::f64::consts::TAU / 40.0).sin_cos();
+            let p = [20.0 + 6.0 * f64::from(k), beside + 0.3 * sin + 0.5 * sin * sin, 2.0 - 2.0 * cos];
+            let p = p.map(|c: f64| (1e6 * c).round() / 1e6);
+            writeln!(text, "{} {} {}", p[0], p[1], p[2]).unwrap();
+            points.push(p.map(|c| 10.0 * c));
+        }
+    }
+    (text, points)
+}
+
+/// Writes the blade with a splitter beside it.
+fn with_splitter(beside: f64) -> (tempfile::TempDir, NewJob) {
+    let given = folder();
+    let inf = format!("{INF}Number of Blades Per Set: 2\nBlade 1 TE: EllipseEnd\n");
+    std::fs::write(given.path().join("b.inf"), inf).unwrap();
+    let text = format!("## Main blade\n{}{}", profile(), splitter(beside).0);
+    std::fs::write(given.path().join("curves/p.crv"), text).unwrap();
+    let from = given.path().join("b.inf");
+    (given, NewJob::Blade { from, scale: 1.0, hub: false })
+}
+
+const BLADES: [&str; 2] = ["main", "splitter"];
+
+#[test]
+fn a_splitter_has_both_sides_in_setups_of_its_own_with_the_main_blade_as_an_obstacle() {
+    let (_given, blade) = with_splitter(7.0);
+    let written = tempfile::tempdir().unwrap();
+    for (name, bytes) in new_job(&blade).unwrap() {
+        std::fs::write(written.path().join(name), bytes).unwrap();
+    }
+    let job = Job::read(written.path()).unwrap();
+    assert_eq!(job.file.name, "blade b, one of 11 sets of 2, scale 1");
+    let sides = BLADES.iter().flat_map(|blade| ["suction", "pressure"].map(|side| (*blade, side)));
+    for (k, (blade, side)) in sides.enumerate() {
+        let setup = &job.file.setups[k];
+        assert_eq!(setup.name, format!("{blade} {side} side"));
+        assert_eq!(job.file.operations[k].setup.as_deref(), Some(setup.name.as_str()));
+        crate::describe::describe_setup(&job, k).unwrap();
+        let groups = |role: RoleFile| -> Vec<&str> {
+            let of_role = setup.meshes.iter().filter(|mesh| mesh.role == role);
+            of_role.flat_map(|mesh| mesh.groups.iter().flatten().map(String::as_str)).collect()
+        };
+        assert_eq!(groups(RoleFile::Drive), [format!("{blade}/{side}")]);
+        let other = BLADES[usize::from(blade == "main")];
+        for (role, blade) in [(RoleFile::Part, blade), (RoleFile::Check, other)] {
+            let mut all = groups(role);
+            all.sort_unstable();
+            let names = ["leading-edge", "pressure", "root", "suction", "tip", "trailing-edge"];
+            assert_eq!(all, names.map(|group| format!("{blade}/{group}")), "{}", setup.name);
+        }
+        let check = setup.meshes.iter().find(|mesh| mesh.role == RoleFile::Check).unwrap();
+        assert_eq!(check.allowance_mm, 1.0);
+        // The convex side of both faces +y.
+        let turn = Unit::new_normalize(Vector3::from(setup.work_from_part.rotation_axis));
+        let turn = UnitQuaternion::from_axis_angle(&turn, setup.work_from_part.rotation_deg.to_radians());
+        let up = if side == "suction" { Vector3::y() } else { -Vector3::y() };
+        assert!((turn * up).z > 0.99 && (turn * Vector3::x()).x > 0.99, "{}", setup.name);
+    }
+}
+
+#[test]
+fn every_given_point_of_a_set_is_a_vertex_of_its_blade_in_the_written_mesh() {
+    let (_given, blade) = with_splitter(7.0);
+    let written = tempfile::tempdir().unwrap();
+    for (name, bytes) in new_job(&blade).unwrap() {
+        std::fs::write(written.path().join(name), bytes).unwrap();
+    }
+    let mesh = read_mesh(&written.path().join("blade.obj"), None, None).unwrap().mesh;
+    let main: Vec<[f64; 3]> = profile()
+        .lines()
+        .filter(|line| !line.starts_with('#'))
+        .map(|line| line.split(' ').map(|word| 10.0 * word.parse::<f64>().unwrap()).collect::<Vec<_>>())
+        .map(|words| [words[0], words[1], words[2]])
+        .collect();
+    for (blade, points) in BLADES.into_iter().zip([main, splitter(7.0).1]) {
+        let groups = mesh.groups().iter().filter(|group| group.name.starts_with(&format!("{blade}/")));
+        let triangles: Vec<[u32; 3]> =
+            groups.flat_map(|group| mesh.triangles()[group.triangles.clone()].to_vec()).collect();
+        // Each side of a triangle is one of another, the other way round.
+        let sides = |corners: [u32; 3]| (0..3).map(move |k| [corners[k], corners[(k + 1) % 3]]);
+        let all: BTreeSet<[u32; 2]> = triangles.iter().copied().flat_map(sides).collect();
+        assert_eq!(all.len(), 3 * triangles.len(), "{blade}: a side twice");
+        assert!(all.iter().all(|[a, b]| all.contains(&[*b, *a])), "{blade}: an open side");
+        let vertices: BTreeSet<u32> = triangles.iter().flatten().copied().collect();
+        let off = |p: &[f64; 3]| {
+            let distances = vertices.iter().map(|&v| (mesh.vertices()[v as usize] - Point3::from(*p)).norm());
+            distances.fold(f64::INFINITY, f64::min)
+        };
+        let worst = points.iter().map(off).fold(0.0, f64::max);
+        assert!(!points.is_empty() && worst < 1e-6, "{blade}: {worst} mm off its points");
+    }
+}
+
+#[test]
+fn each_blade_of_a_set_has_natural_coordinates_of_its_own() {
+    let text = format!("{}{}", profile(), splitter(7.0).0);
+    let open = |_: &str| Ok(text.clone().into_bytes());
+    let file = facemill_blade_file::read_blade("b.inf", INF.as_bytes(), open).unwrap();
+    let blades = facemill_sample_jobs::lofted_blades(&file, 1.0, false).unwrap();
+    assert_eq!(blades.iter().map(|blade| blade.name.as_str()).collect::<Vec<_>>(), BLADES);
+    // Spans of both begin at x = 200 mm; chords along z begin at their leading edges.
+    for (blade, [span, chord, from]) in blades.iter().zip([[120.0, 80.0, -40.0], [120.0, 40.0, 0.0]]) {
+        let mesh = &blade.lofted.mesh;
+        let mut seen = [0.0_f64; 2];
+        for (p, [of_span, around]) in mesh.vertices().iter().zip(&blade.lofted.coordinates) {
+            assert!((of_span - (p.x - 200.0) / span).abs() < 1e-6, "{}: {p}", blade.name);
+            // The length around is longer than the chord, at most by the camber's share.
+            assert!((around.abs() - (p.z - from) / chord).abs() < 0.06, "{}: {p} {around}", blade.name);
+            seen = [seen[0].min(*around), seen[1].max(*around)];
+        }
+        assert!(seen[0] < -0.95 && seen[1] > 0.95, "{}: {seen:?}", blade.name);
+    }
+    let why = facemill_sample_jobs::lofted_blades(&file, 1.0, true).expect_err("a hub of a set");
+    assert!(why.contains("2 blades in a set") && why.contains("leave the hub out"), "{why}");
+}
+
+#[test]
+fn faults_of_a_blade_of_a_set_name_it() {
+    let (given, blade) = with_splitter(7.0);
+    let inf = format!("{INF}Blade 1 LE: CutOffEnd\nBlade 0 TE: EllipseEnd\n");
+    std::fs::write(given.path().join("b.inf"), inf).unwrap();
+    let why = new_job(&blade).expect_err("no flat edge");
+    assert!(why.contains("b.inf: blade 1 (splitter): ") && why.contains("leading"), "{why}");
 }
