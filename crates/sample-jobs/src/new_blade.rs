@@ -221,11 +221,25 @@ fn setup(
 fn side_up(blade: &LoftedBlade, group: &str) -> Option<UnitQuaternion<f64>> {
     let mesh = &blade.mesh;
     let up = Unit::try_new(sum_over(mesh, group, |t| mesh.scaled_normal(t))?, 0.0)?;
-    let span = centre(mesh, "tip")? - centre(mesh, "root").or_else(|| centre(mesh, "hub"))?;
+    let span = centre(mesh, "tip")? - centre(mesh, "root").or_else(|| middle_of_root(blade))?;
     let along = Unit::try_new(span - *up * span.dot(&up), 0.0)?;
     let across = up.cross(&along);
     let work_from_part = Matrix3::from_rows(&[along.transpose(), across.transpose(), up.transpose()]);
     Some(UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(work_from_part)))
+}
+
+/// Returns the middle of the line around a blade's root, where a hub takes the place of its facets.
+/// The middle of the hub is elsewhere: it may reach far before or behind the blade.
+fn middle_of_root(blade: &LoftedBlade) -> Option<Point3<f64>> {
+    let of_root = |(p, [span, _]): (&Point3<f64>, &[f64; 2])| (*span == 0.0).then_some(*p);
+    let line: Vec<Point3<f64>> = blade.mesh.vertices().iter().zip(&blade.coordinates).filter_map(of_root).collect();
+    let (mut moment, mut whole) = (Vector3::zeros(), 0.0);
+    for (a, b) in line.iter().zip(line.iter().cycle().skip(1)) {
+        let length = (b - a).norm();
+        moment += (a.coords + b.coords) * (0.5 * length);
+        whole += length;
+    }
+    (whole > 0.0).then(|| Point3::from(moment / whole))
 }
 
 /// Returns the distance of the middles of both edges.

@@ -1,9 +1,10 @@
 use std::collections::BTreeSet;
 use std::fmt::Write;
+use std::path::{Path, PathBuf};
 
 use nalgebra::{Point3, Unit, UnitQuaternion, Vector3};
 
-use facemill_job::examples::new_job::{NewJob, new_job};
+use facemill_job::examples::new_job::{NewJob, as_read, new_job};
 use facemill_job::format::job_file::RoleFile;
 use facemill_job::load::job::Job;
 use facemill_job::load::mesh_files::read_mesh;
@@ -104,6 +105,71 @@ fn a_blade_on_its_hub_has_passes_on_the_share_that_its_name_states() {
         crate::describe::describe_setup(&job, k).unwrap();
         let setup = &job.file.setups[k];
         assert!(setup.meshes.iter().any(|mesh| mesh.role == RoleFile::Check && mesh.allowance_mm == 1.0));
+    }
+}
+
+/// Hub that rises right behind the blade: no place along the span is clear of one as high as its
+/// tip.
+#[test]
+fn a_hub_that_leaves_no_part_of_a_side_is_refused() {
+    let rising = |top: f64| with_hub(&[[21.0, -8.0], [21.0, 4.3], [top, 4.5], [top, 8.0]]);
+    let (_given, blade) = rising(25.0);
+    assert!(new_job(&blade).is_ok(), "half of the span is left");
+    let (_given, blade) = rising(31.5);
+    let why = new_job(&blade).map(|files| files.len()).expect_err("nothing is left");
+    assert!(why.contains("b.inf: ") && why.contains("nothing is left of the blade's suction side"), "{why}");
+    assert!(why.contains("two cutter radii above the hub") && why.contains("leave the hub out"), "{why}");
+}
+
+/// The span is that of the blade alone, however far its hub reaches to one side.
+#[test]
+fn the_span_of_a_blade_on_its_hub_is_along_x() {
+    let written = tempfile::tempdir().unwrap();
+    let (_given, blade) = with_hub(&[[21.0, -8.0], [21.0, 60.0]]);
+    for (name, bytes) in new_job(&blade).unwrap() {
+        std::fs::write(written.path().join(name), bytes).unwrap();
+    }
+    let job = Job::read(written.path()).unwrap();
+    for setup in &job.file.setups {
+        let pose = &setup.work_from_part;
+        let axis = Unit::new_normalize(Vector3::from(pose.rotation_axis));
+        let turn = UnitQuaternion::from_axis_angle(&axis, pose.rotation_deg.to_radians());
+        assert!((turn * Vector3::x()).x > 0.9999, "{}: {}", setup.name, turn * Vector3::x());
+    }
+}
+
+/// Returns the `.inf` file of a blade of the shared data; prints that it is skipped where it is
+/// absent.
+fn shared_blade(name: &str) -> Option<PathBuf> {
+    let folder = std::env::var("FACEMILL_SHARED")
+        .unwrap_or_else(|_| concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared").to_owned());
+    let path = Path::new(&folder).join("data/blades").join(name);
+    if !path.is_file() {
+        println!("SKIPPED: {} is not there (set FACEMILL_SHARED to the folder of shared data)", path.display());
+        return None;
+    }
+    Some(path)
+}
+
+/// Jobs of the shared blades on their hubs, whose passes are on most of each side.
+#[test]
+fn shared_blades_on_their_hubs_have_passes_on_most_of_their_sides() {
+    for name in ["rotor37/BladeGen.inf", "hannover_rotor1/1_Rotor1_Blade.inf"] {
+        let Some(from) = shared_blade(name) else { continue };
+        let written = tempfile::tempdir().unwrap();
+        let blade = NewJob::Blade { from, scale: 1.0, hub: true };
+        for (file, bytes) in new_job(&blade).unwrap() {
+            std::fs::write(written.path().join(file), bytes).unwrap();
+        }
+        // A name that programs have no room for is refused here.
+        let job = Job::read(written.path()).unwrap_or_else(|why| panic!("{name}: {why}"));
+        (0..2).for_each(|k| drop(crate::describe::describe_setup(&job, k).unwrap()));
+        let text = as_read(&blade).unwrap().unwrap();
+        println!("{text}");
+        assert!(text.starts_with(&job.file.name), "{} of {text}", job.file.name);
+        let shares = text.split("passes on ").nth(1).and_then(|text| text.strip_suffix(" of the sides")).unwrap();
+        let shares: Vec<f64> = shares.split(" and ").map(|share| share.parse().unwrap()).collect();
+        assert!(shares.len() == 2 && shares.iter().all(|share| *share > 0.65), "{text}");
     }
 }
 
