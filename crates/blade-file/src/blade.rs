@@ -4,24 +4,32 @@ use nalgebra::{Point2, Point3};
 
 use crate::curves::{CurveReader, ProfileSection};
 use crate::fault::{BladeFault, BladeFileError};
-use crate::info::{BladeInfo, EdgeEnd, RotationAxis};
+use crate::info::{BladeInfo, EdgeEnd, MOST_PER_SET, RotationAxis};
 use crate::section_checks::{check_ends, check_sections};
 
-/// A blade as its files describe it, mm.
+/// A blade, or a set of a main blade and its splitter blades, as its files describe it, mm.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BladeFile {
     /// Axis of rotation.
     pub axis: RotationAxis,
-    /// Number of blades around the axis.
+    /// Number of blade sets around the axis; of blades, where a set is one blade.
     pub n_blades: Option<u32>,
-    /// Form of leading and trailing edge, where the `.inf` file has it.
-    pub ends: [Option<EdgeEnd>; 2],
-    /// Sections from hub to shroud, all with the same number of points and the same marks.
-    pub sections: Vec<ProfileSection>,
+    /// Blades of a set, at least one, in the order of the files: the main blade, then splitters.
+    pub blades: Vec<ProfileBlade>,
     /// Hub from inlet to outlet; empty without a file.
     pub hub: Vec<Point3<f64>>,
     /// Shroud from inlet to outlet; empty without a file.
     pub shroud: Vec<Point3<f64>>,
+}
+
+/// One blade of a set.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ProfileBlade {
+    /// Form of leading and trailing edge, where the `.inf` file has it.
+    pub ends: [Option<EdgeEnd>; 2],
+    /// Sections from hub to shroud, at least two, all with the same number of points and the same
+    /// marks.
+    pub sections: Vec<ProfileSection>,
 }
 
 impl BladeFile {
@@ -51,8 +59,8 @@ impl BladeFile {
     }
 }
 
-/// Reads a blade: `name` and `bytes` are those of the `.inf` file; `open` returns the bytes of the
-/// files that it names, relative to its folder, or why it cannot.
+/// Reads a blade, or a set of blades: `name` and `bytes` are those of the `.inf` file; `open`
+/// returns the bytes of the files that it names, relative to its folder, or why it cannot.
 ///
 /// # Errors
 /// If a file is missing or describes no blade.
@@ -80,10 +88,25 @@ pub fn read_blade(
     };
     let hub = polyline(&info.hub_file, &mut n_points)?;
     let shroud = polyline(&info.shroud_file, &mut n_points)?;
-    let file = &info.profile_file.0;
-    let profile = content(&info.profile_file)?;
-    let sections = CurveReader { file, mm_per_unit, n_points: &mut n_points }.sections(&profile)?;
-    check_sections(file, &sections)?;
-    check_ends(file, &sections[0], &info.ends)?;
-    Ok(BladeFile { axis: info.axis, n_blades: info.n_blades, ends: info.ends, sections, hub, shroud })
+    let mut blades: Vec<(&str, Vec<ProfileSection>)> = Vec::new();
+    for entry in &info.profile_files {
+        let profile = content(entry)?;
+        let of_file = CurveReader { file: &entry.0, mm_per_unit, n_points: &mut n_points }.blades(&profile)?;
+        blades.extend(of_file.into_iter().map(|sections| (entry.0.as_str(), sections)));
+    }
+    // At most ten of each of as many profile files as the .inf file has lines.
+    let found = u32::try_from(blades.len()).unwrap_or(u32::MAX);
+    info.check_blades(name, found)?;
+    if found > MOST_PER_SET {
+        return Err(BladeFileError::of_file(name, BladeFault::TooManyBlades(MOST_PER_SET)));
+    }
+    let blade = |(number, (file, sections)): (u32, (&str, Vec<ProfileSection>))| {
+        let blade = if found == 1 { "the blade".to_owned() } else { format!("blade {number}") };
+        check_sections(file, &blade, &sections)?;
+        let ends = info.ends_of(number);
+        check_ends(file, &sections[0], &ends)?;
+        Ok(ProfileBlade { ends, sections })
+    };
+    let blades = (0..).zip(blades).map(blade).collect::<Result<_, _>>()?;
+    Ok(BladeFile { axis: info.axis, n_blades: info.n_blades, blades, hub, shroud })
 }

@@ -1,11 +1,10 @@
 //! Hub, shroud and profile curves.
 
-use std::collections::BTreeSet;
-
 use nalgebra::Point3;
 
 use crate::fault::{BladeFault, BladeFileError};
-use crate::info::{shown, text_of};
+use crate::headers::{BladeHeaders, SectionHeader};
+use crate::info::{MOST_PER_SET, shown, text_of};
 
 /// Most points of all curves of a blade together.
 pub const MAX_POINTS: usize = 200_000;
@@ -91,26 +90,33 @@ impl CurveReader<'_> {
         Ok(points)
     }
 
-    /// Reads the sections of a profile file.
-    pub(crate) fn sections(&mut self, bytes: &[u8]) -> Result<Vec<ProfileSection>, BladeFileError> {
-        let mut sections: Vec<ProfileSection> = Vec::new();
+    /// Reads the sections of each blade of a profile file.
+    pub(crate) fn blades(&mut self, bytes: &[u8]) -> Result<Vec<Vec<ProfileSection>>, BladeFileError> {
+        let mut blades: Vec<Vec<ProfileSection>> = vec![Vec::new()];
         let mut open: Option<RawSection> = None;
-        let mut numbers = BTreeSet::new();
+        let mut headers = BladeHeaders::default();
         for (k, text) in text_of(self.file, bytes)?.lines().enumerate() {
             let line = k + 1;
             if let Some(comment) = text.trim_start().strip_prefix('#') {
-                self.check_header(comment, line, &mut numbers)?;
                 // A comment right below another one is part of the same header.
-                let is_header = open.as_ref().is_some_and(|section| section.points.is_empty());
-                if is_header && open.as_ref().is_some_and(|section| section.line + 1 == line) {
-                    continue;
+                let is_below = open.as_ref().is_some_and(|open| open.points.is_empty() && open.line + 1 == line);
+                if !is_below {
+                    self.close(&mut open, &mut blades)?;
                 }
-                if let Some(section) = open.take() {
-                    sections.push(self.section(section)?);
+                let header = headers.read(comment);
+                if header != SectionHeader::SameBlade && blades.last().is_some_and(|blade| !blade.is_empty()) {
+                    if blades.len() == MOST_PER_SET as usize {
+                        return Err(BladeFileError::at(self.file, line, BladeFault::TooManyBlades(MOST_PER_SET)));
+                    }
+                    blades.push(Vec::new());
                 }
-                open = Some(RawSection::named(shown(comment.trim_start_matches('#').trim()), line));
+                if header != SectionHeader::Title && !is_below {
+                    open = Some(RawSection::named(shown(comment.trim_start_matches('#').trim()), line));
+                }
             } else if let Some((point, mark)) = self.point(text, line)? {
-                let section = open.get_or_insert_with(|| RawSection::named("section 1".to_owned(), line));
+                let n_sections = blades.last().map_or(0, Vec::len);
+                let section =
+                    open.get_or_insert_with(|| RawSection::named(format!("section {}", n_sections + 1), line));
                 if section.points.last() == Some(&point) {
                     return Err(BladeFileError::at(self.file, line, BladeFault::DuplicatePoint));
                 }
@@ -123,21 +129,14 @@ impl CurveReader<'_> {
                 section.lines.push(line);
             }
         }
-        if let Some(section) = open {
-            sections.push(self.section(section)?);
-        }
-        Ok(sections)
+        self.close(&mut open, &mut blades)?;
+        Ok(blades)
     }
 
-    /// Refuses a header of another blade: it names a splitter, or a number of a profile for the
-    /// second time.
-    fn check_header(&self, comment: &str, line: usize, numbers: &mut BTreeSet<u32>) -> Result<(), BladeFileError> {
-        let words: Vec<&str> = comment.split(|c: char| !c.is_alphanumeric()).filter(|w| !w.is_empty()).collect();
-        let is = |word: &str, name: &str| word.eq_ignore_ascii_case(name);
-        let number = words.windows(2).find(|pair| is(pair[0], "profile")).and_then(|pair| pair[1].parse().ok());
-        let is_repeated = number.is_some_and(|number| !numbers.insert(number));
-        if is_repeated || words.iter().any(|word| is(word, "splitter") || is(word, "splitters")) {
-            return Err(BladeFileError::at(self.file, line, BladeFault::Splitter(shown(comment.trim()))));
+    /// Adds an open section to the last blade.
+    fn close(&self, open: &mut Option<RawSection>, blades: &mut [Vec<ProfileSection>]) -> Result<(), BladeFileError> {
+        if let (Some(section), Some(blade)) = (open.take(), blades.last_mut()) {
+            blade.push(self.section(section)?);
         }
         Ok(())
     }

@@ -39,12 +39,18 @@ pub enum BladeFault {
     MissingKey(&'static str),
     /// A key is there twice with different values.
     #[error("\"{0}\" is given twice; keep one")]
-    RepeatedKey(&'static str),
+    RepeatedKey(String),
+    /// Several profile files without the number of blades in a set.
+    #[error(
+        "names a second profile file; keep one, or add \"Number of Blades Per Set: …\" with the number of blades in all \
+         of them"
+    )]
+    SecondProfile,
     /// A value that is not among those known.
     #[error("{key} is \"{value}\"; write one of {known}")]
     UnknownValue {
         /// The key.
-        key: &'static str,
+        key: String,
         /// Its value.
         value: String,
         /// Values that are read.
@@ -60,12 +66,31 @@ pub enum BladeFault {
         /// Greatest value.
         most: u32,
     },
-    /// Splitter blades: several blades in a set.
+    /// Another number of blades in the profile files than the `.inf` file says.
     #[error(
-        "\"{0}\" is of a splitter blade; each blade needs a profile file with its sections alone, and an .inf file of \
-         its own that names it, with \"Number of Blades Per Set: 1\" or without that line"
+        "Number of Blades Per Set is {given}, but the profiles are of {found}; correct the number, or begin the sections \
+         of each blade with a line such as \"## Splitter blade\""
     )]
-    Splitter(String),
+    WrongBladesPerSet {
+        /// Number that the `.inf` file has.
+        given: u32,
+        /// Blades found.
+        found: u32,
+    },
+    /// Form of an edge of a blade that is not there.
+    #[error(
+        "Blade {blade} is not there: the profiles are of {found}, the first one Blade 0; remove the line, or begin the \
+         sections of each blade with a line such as \"## Splitter blade\""
+    )]
+    NoSuchBlade {
+        /// Number of the blade, from 0.
+        blade: u32,
+        /// Blades found.
+        found: u32,
+    },
+    /// More blades in a set than are read.
+    #[error("more than {0} blades in a set; keep those of one set")]
+    TooManyBlades(u32),
     /// A name that leads out of the folder of the `.inf` file.
     #[error("the name \"{0}\" leads out of the folder; name a file below the folder of the .inf file")]
     OutsideName(String),
@@ -98,8 +123,8 @@ pub enum BladeFault {
     DuplicatePoint,
     /// Sections have different numbers of points.
     #[error(
-        "\"{name}\" has {given} points, the first section {first}; export all sections with the same number, and those \
-         of a splitter blade in a file of their own"
+        "\"{name}\" has {given} points, the first section {first}; export all sections of a blade with the same number, \
+         and begin those of a splitter blade with a line \"## Splitter blade\""
     )]
     UnequalSections {
         /// Name of the section.
@@ -142,7 +167,7 @@ pub enum BladeFault {
     /// A section lies behind the one before it.
     #[error(
         "\"{0}\" does not lie on the shroud's side of the section before; order the sections from hub to shroud, and \
-         export those of a splitter blade in a file of their own"
+         begin those of a splitter blade with a line \"## Splitter blade\""
     )]
     DisorderedSection(String),
 }

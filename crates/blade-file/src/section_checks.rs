@@ -9,10 +9,10 @@ use crate::info::EdgeEnd;
 /// Least share of the square over a section's size that it must enclose: less is round-off.
 const LEAST_AREA: f64 = 1e-6;
 
-/// Checks that sections describe one blade from hub to shroud.
-pub(crate) fn check_sections(file: &str, sections: &[ProfileSection]) -> Result<(), BladeFileError> {
+/// Checks that sections describe one blade from hub to shroud; `name` is the blade's in errors.
+pub(crate) fn check_sections(file: &str, name: &str, sections: &[ProfileSection]) -> Result<(), BladeFileError> {
     if sections.len() < 2 {
-        let fault = BladeFault::TooFew { what: "the blade".to_owned(), given: sections.len(), least: 2 };
+        let fault = BladeFault::TooFew { what: name.to_owned(), given: sections.len(), least: 2 };
         return Err(BladeFileError::of_file(file, fault));
     }
     let first = &sections[0];

@@ -126,6 +126,11 @@ impl CalledProgram {
         (self.path.with_file_name(file), line)
     }
 
+    /// Returns the first lines of the runs of lines that follow each other in one written file too.
+    pub fn first_lines(&self) -> impl Iterator<Item = u32> {
+        self.expanded.lines.runs().map(|([first, _], _)| first)
+    }
+
     /// Returns a line of the text that runs as it is written, without blanks at its ends.
     #[must_use]
     pub fn written_text(&self, line: u32) -> String {

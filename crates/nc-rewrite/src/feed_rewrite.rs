@@ -1,6 +1,7 @@
 //! New feeds for an existing program: the tip, not the norm over all axes, moves at the programmed
 //! speed (FEED).
 
+mod called_text;
 mod checks;
 pub mod law;
 

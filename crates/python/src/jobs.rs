@@ -1,18 +1,17 @@
 //! Jobs, plans, verification and feeds.
 
 use std::collections::BTreeMap;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use facemill::called_program::{CallableFiles, CalledProgram};
-use facemill::feeds::{FeedLaw, FeedRewriteSettings, TipFeed};
+use facemill::feeds::{FeedLaw, FeedRewriteSettings, TipFeed, rewrite_feed_lines};
 use facemill::file_format::{from_json, to_json};
 use facemill::job_file::{JobFile, STOCK_TOLERANCE};
 use facemill::nc_program::Dialect;
 use facemill::new_job::{NewJob, Series};
 use facemill::planner::plan_job_setup;
 use facemill::{
-    CutRequest, Failure, Job, JobFiles, JobSetting, PlanSettings, VerifyRequest, files, rewrite_feeds, summary,
-    verify_program,
+    CutRequest, Failure, Job, JobFiles, JobSetting, PlanSettings, VerifyRequest, files, summary, verify_program,
 };
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
@@ -127,10 +126,7 @@ pub fn verify(
             cut: stock_cell_mm.map(|cell| CutRequest::on_lines(cell, STOCK_TOLERANCE)),
             ..VerifyRequest::new(&name, dialect)
         };
-        let callable = match &subprogram_folder {
-            Some(folder) => CallableFiles::InFolder(folder),
-            None => CallableFiles::Named(&subprograms),
-        };
+        let callable = callable(&subprograms, subprogram_folder.as_deref());
         let (called, text) = match CalledProgram::of_files(&job, &name, &program, dialect, callable)? {
             Some((called, text)) => (Some(called), text),
             None => (None, program),
@@ -146,6 +142,11 @@ pub fn verify(
     Ok(format!("{{\"faults\": {faults}, \"verification\": {}}}", to_json(&file)))
 }
 
+/// Returns the files that calls may mean.
+fn callable<'a>(subprograms: &'a BTreeMap<String, Vec<u8>>, folder: Option<&'a Path>) -> CallableFiles<'a> {
+    folder.map_or(CallableFiles::Named(subprograms), CallableFiles::InFolder)
+}
+
 fn dialect_of(name: &str) -> PyResult<Dialect> {
     let known = Dialect::ALL.into_iter().find(|dialect| dialect.name() == name);
     known.ok_or_else(|| {
@@ -154,10 +155,11 @@ fn dialect_of(name: &str) -> PyResult<Dialect> {
     })
 }
 
-/// Gives a program new feeds; returns its text and a summary.
+/// Gives a program new feeds, with subprograms in place of their calls as [`verify`]; returns its
+/// text, a summary, and the files of the subprograms.
 ///
 /// # Errors
-/// As [`rewrite_feeds`].
+/// As [`CalledProgram::expanded_files`] and [`rewrite_feed_lines`].
 #[pyfunction]
 #[expect(clippy::too_many_arguments, reason = "options by name in Python")]
 pub fn feedrate<'py>(
@@ -171,7 +173,10 @@ pub fn feedrate<'py>(
     time_law: bool,
     blend_tolerance_mm: Option<f64>,
     work_offset: BTreeMap<String, f64>,
-) -> PyResult<(Bound<'py, PyBytes>, String)> {
+    name: PathBuf,
+    subprograms: BTreeMap<String, Vec<u8>>,
+    subprogram_folder: Option<PathBuf>,
+) -> PyResult<(Bound<'py, PyBytes>, String, String)> {
     if !(tool_length_mm > 0.0 && tool_length_mm <= facemill::feeds::MAX_TOOL_LENGTH) {
         let most = facemill::feeds::MAX_TOOL_LENGTH;
         return Err(wrong(format!("tool_length_mm: must be above 0, at most {most}, is {tool_length_mm}")));
@@ -190,8 +195,23 @@ pub fn feedrate<'py>(
         dialect_file: None,
         time_law: time_law.then_some(FeedLaw { blend_tolerance: blend_tolerance_mm }),
     };
-    let rewritten = py.detach(|| rewrite_feeds(&program, &settings)).map_err(wrong)?;
-    Ok((PyBytes::new(py, &rewritten.text), to_json(&rewritten.summary)))
+    let rewrite = || {
+        let callable = callable(&subprograms, subprogram_folder.as_deref());
+        let expanded = CalledProgram::expanded_files(&name, &program, settings.dialect, callable)?;
+        let (called, text) = match expanded {
+            Some((called, text)) => (Some(called), CalledProgram::numbered(text, settings.dialect)),
+            None => (None, program),
+        };
+        let mut new = Vec::with_capacity(text.len() + text.len() / 8);
+        let summary = rewrite_feed_lines(|| Ok(text.as_slice()), &settings, &mut new).map_err(|why| match &called {
+            Some(called) => why.of_called(called, &name),
+            None => Failure::input(&name, why),
+        })?;
+        let called_files = called.map_or_else(Vec::new, |called| called.called_files());
+        Ok((new, to_json(&summary), to_json(&called_files)))
+    };
+    let (text, summary, called_files) = py.detach(rewrite).map_err(|failure: Failure| raised(py, &failure))?;
+    Ok((PyBytes::new(py, &text), summary, called_files))
 }
 
 /// Returns the files of an example job.

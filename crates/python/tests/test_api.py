@@ -225,6 +225,35 @@ def test_feeds_move_the_tip_at_its_speed() -> None:
         facemill.feedrate(PROGRAM.replace("G54", "Q)"), machine, 250.0)
 
 
+def test_feeds_of_called_subprograms_are_those_of_the_flat_program(tmp_path: Path) -> None:
+    machine = facemill.Machine("head-b-table-c")
+    main, sub = with_a_call(PROGRAM.replace("X700.", "X700.\nX695. C12.\nX690.\nX680. C20. B2.\nX670."))
+    flat = facemill.feedrate(main.replace("M98 P2999\n", "".join(sub.splitlines(True)[2:-2])), machine, 250.0)
+    assert flat.called_files == []
+    (tmp_path / "O2999.nc").write_text(sub)
+    for given in [{"O2999.nc": sub}, {"o2999.NC": sub.encode()}, tmp_path]:
+        called = facemill.feedrate(main, machine, 250.0, subprograms=given)
+        assert called.program == flat.program and "M98" not in called.program
+        assert called.summary == flat.summary and called.summary["changed"] > 0
+        [file] = called.called_files
+        assert file["file"].lower() == "o2999.nc" and file["first_line"] == len(main.splitlines()) + 1
+    # A subprogram in the text of the program needs no file.
+    own = facemill.feedrate(main + sub.removeprefix("%\n"), machine, 250.0)
+    assert own.called_files == [] and own.summary == flat.summary
+    # A call that stays may move axes.
+    with pytest.raises(facemill.Error, match="nc/main.nc.*line [0-9]+") as caught:
+        facemill.feedrate(main, machine, 250.0, name="nc/main.nc")
+    assert caught.value.exit_code == 2 and "M98 P2999" in str(caught.value)
+    # Faults of reading and of feeds have file and line as written.
+    lines = sub.splitlines()
+    for wrong in ["G1 X)(", "G1 B500."]:
+        lines[3] = wrong
+        with pytest.raises(facemill.Error, match="nc/O2999.nc.*line 4"):
+            facemill.feedrate(main, machine, 250.0, name="nc/main.nc", subprograms={"O2999.nc": "\n".join(lines)})
+    with pytest.raises(facemill.Error, match="is no folder"):
+        facemill.feedrate(main, machine, 250.0, subprograms=tmp_path / "O2999.nc")
+
+
 def test_poses_are_judged_as_the_surface_lies() -> None:
     job, files = small_job()
     test = facemill.PoseTest(job, files=files)

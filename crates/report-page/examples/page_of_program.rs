@@ -22,6 +22,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         dialect: job.post.dialect(),
         program: Path::new(program),
         text: &text,
+        written: Vec::new(),
         result: json!({ "verified": false, "findings": [] }),
         certificates: None,
         chips: None,

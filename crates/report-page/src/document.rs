@@ -30,11 +30,11 @@ use serde_json::Value;
 
 use crate::document::control_settings::{ReadText, is_own, length_place};
 use crate::document::motion_figures::MotionMeasures;
-use crate::document::named_lines::FileLines;
+use crate::document::named_lines::{FileLines, place_of};
 use crate::format::{
     AxisData, BodyData, DeviationData, FirstMotion, MachineData, Matrix, MeshData, MotionData, OperationLines,
     OperationTimes, OutlineData, PAGE_FORMAT, PageDocument, PathData, PictureData, PosturesData, ProgramData,
-    SetupData, ShapeData, StockData, ToolData, WorstPlace,
+    SetupData, ShapeData, StockData, ToolData, WorstPlace, WrittenLines,
 };
 use crate::line_figures::{LineProof, proofs};
 use crate::meshes::{ScreenMesh, has_same_triangles, joined_once, outline, points_around, thinned};
@@ -57,6 +57,8 @@ pub struct PageSource<'a> {
     pub program: &'a Path,
     /// Its bytes.
     pub text: &'a [u8],
+    /// Places of its lines in the written files, if its calls of subprograms were expanded.
+    pub written: Vec<WrittenLines>,
     /// Report of the plan, or the verification, as its file says it.
     pub result: Value,
     /// File of certificates, or those of the verification, if there are any.
@@ -153,7 +155,7 @@ impl PageScene<'_> {
         let (shapes, measured) = rayon::join(|| self.shapes(&motion), || self.measured(&motion, &source, &program));
         let (Shapes { meshes, stock, deviation, outlines }, measured) = (shapes, measured?);
         let text = String::from_utf8_lossy(source.text);
-        let lines = FileLines::of(&text);
+        let lines = FileLines::of(&text, &source.written);
         let rules = self.rules(source.dialect);
         let read = ReadText { program: &program, lines: &lines, rules: &rules, is_own: is_own(&source) };
         let control_settings = self.control_settings(&read, &motion);
@@ -172,6 +174,7 @@ impl PageScene<'_> {
             lines: text.lines().count(),
             operations: operation_lines(&text, operations.iter().map(|o| o.name.as_str())),
             passes: pass_lines(&text),
+            written: source.written.clone(),
         };
         thin.extend(surfaces_thinned(&meshes));
         if let Err(why) = &stock {
@@ -464,7 +467,10 @@ impl PageScene<'_> {
             limits: arrays.integers(limits),
             limit_names,
             paths,
-            not_followed: motion.not_followed.clone(),
+            not_followed: motion
+                .not_followed
+                .as_ref()
+                .map(|(line, why)| format!("{}: {why}", place_of(&source.written, *line))),
         }
     }
 

@@ -126,6 +126,21 @@ pub struct ProgramData {
     pub operations: Vec<OperationLines>,
     /// First lines of passes with their numbers, from 1, as far as comments say so.
     pub passes: Vec<PassLine>,
+    /// Places of its lines in the written files, in order of lines; empty where the text is a file
+    /// as it is.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub written: Vec<WrittenLines>,
+}
+
+/// Run of lines that follow each other in one written file of a program whose calls were expanded.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct WrittenLines {
+    /// First line in the text that runs, from 1.
+    pub first_line: u32,
+    /// File that has them.
+    pub file: String,
+    /// First line in the file, from 1.
+    pub line: u32,
 }
 
 /// Part of a program that cuts an operation.
@@ -395,7 +410,7 @@ pub struct MotionData {
     pub limit_names: Vec<String>,
     /// Path of each head's tip, workpiece frame.
     pub paths: Vec<PathData>,
-    /// The first motion of unknown path, with its reason.
+    /// Line of the first motion of unknown path, with its reason.
     pub not_followed: Option<String>,
 }
 

@@ -62,8 +62,8 @@ pub struct ProgramMotion {
     pub segments: Vec<Segment>,
     /// Whether times are within velocity, acceleration and jerk of every axis.
     pub by_law: bool,
-    /// The first motion of unknown path, with its reason.
-    pub not_followed: Option<String>,
+    /// Line of the first motion of unknown path, with its reason.
+    pub not_followed: Option<(u32, String)>,
 }
 
 /// Time of a motion whose feed is not known, s: it is shown, not timed.
@@ -139,7 +139,7 @@ fn segments(at: MotionContext<'_>, program: &ReadProgram) -> ProgramMotion {
                 is_rtcp,
             });
         };
-        let unknown = |why: String| format!("line {}: {why}", block.line);
+        let unknown = |why: String| (block.line, why);
         match motion {
             Ok(AxisMotion::None) => {}
             Ok(AxisMotion::Rapid { positions, law }) => {

@@ -2,20 +2,17 @@
 
 use std::path::Path;
 
-use facemill_blade_file::{BladeFile, EdgeEnd, ProfileSection, read_blade};
-use facemill_sample_parts::{BladeLoft, BladeSections, EdgeForm, Endwalls, HubSector, LoftEnd, LoftedBlade};
+use facemill_blade_file::BladeFile;
+use facemill_sample_parts::{LoftEnd, LoftedBlade};
 use facemill_surface_model::{TriMesh, write_obj};
 use nalgebra::{Matrix3, Point3, Rotation3, Unit, UnitQuaternion, Vector3};
 use serde_json::{Value, json};
 
+use crate::blade_set::{SetBlade, lofted_blades, read_blade_file, set_mesh};
 use crate::job_parts::{
     JobFiles, ROTOR_SCALES, ReadFile, cutter_radius, job_file, job_folder, operation, round_to, stock_for,
 };
 use crate::propeller_mesh::{nodes_in_place, parts_by_group};
-
-/// Chord tolerance of a blade's mesh as a share of its size, and its limits, mm.
-const CHORD_SHARE: f64 = 1e-4;
-const CHORD_LIMITS: [f64; 2] = [0.002, 0.02];
 
 /// Height of the lowest place of a blade above the table, mm, and what is added for its size: the
 /// spindle nose comes down beside it where the tool leans.
@@ -25,44 +22,63 @@ const HEIGHT_SHARE: f64 = 0.5;
 /// A side of a blade, which is cut in a setup of its own: its group, and the name of both.
 const SIDES: [(&str, &str); 2] = [("suction", "suction side"), ("pressure", "pressure side")];
 
-/// Thickness of the hub's sector as a share of the blade's size.
-const HUB_SHARE: f64 = 0.05;
-
-/// Radii of the cutter that passes keep from the hub along the span, and what bodies keep from it,
-/// mm.
+/// Radii of the cutter that passes keep from the hub along the span.
 const HUB_RADII: f64 = 2.0;
-const HUB_ALLOWANCE: f64 = 1.0;
+
+/// Distance that bodies keep from the hub, and from the other blades of a set, mm.
+const CHECK_ALLOWANCE: f64 = 1.0;
 
 /// Groups of a blade's mesh that are no part of the blade.
 const HUB_GROUPS: [&str; 2] = ["hub", "hub-ends"];
 
-/// Characters of a file's name in the name of its job, which is a comment of the programs.
+/// Mesh file of a blade's job.
+const MESH_FILE: &str = "blade.obj";
+
+/// Characters of a file's name in the name of its job.
 const NAME_CHARS: usize = 30;
 
-/// Returns the job of a blade by its `.inf` file: both sides, each in a setup in which it lies with
-/// that side up; with a sector of its hub if requested.
+/// Most characters of a job's name: with the name of a setup it is a comment of the programs, whose
+/// lines have at most 120.
+const MOST_NAME: usize = 84;
+
+/// Returns the job of a blade, or of a set of blades, by its `.inf` file: both sides of each, each
+/// side in a setup in which it lies with that side up; with a sector of its hub if requested.
 pub(crate) fn blade_job(file: &Path, scale: f64, with_hub: bool, read: ReadFile<'_>) -> Result<JobFiles, String> {
+    described_job(file, scale, with_hub, read).map(|(files, _)| files)
+}
+
+/// Returns a description of a blade's job: its name, where each blade ends, and with a hub the
+/// share of each side that has passes.
+pub(crate) fn blade_text(file: &Path, scale: f64, with_hub: bool, read: ReadFile<'_>) -> Result<String, String> {
+    described_job(file, scale, with_hub, read).map(|(_, text)| text)
+}
+
+fn described_job(file: &Path, scale: f64, with_hub: bool, read: ReadFile<'_>) -> Result<(JobFiles, String), String> {
     if !ROTOR_SCALES.contains(&scale) {
         return Err(format!("scale must be from {} to {}, is {scale}", ROTOR_SCALES.start(), ROTOR_SCALES.end()));
     }
+    let in_file = |why: String| format!("{}: {why}", file.display());
     let described = read_blade_file(file, read)?;
-    let blade = loft(&described, scale, with_hub).map_err(|why| format!("{}: {why}", file.display()))?;
-    let chord = leading_to_trailing(&blade.mesh);
-    let (names, obj) = groups_obj(&blade.mesh)?;
+    let blades = lofted_blades(&described, scale, with_hub).map_err(in_file)?;
+    let mesh = set_mesh(&blades)?;
+    // The tool is for the smallest blade.
+    let chord = blades.iter().map(|blade| leading_to_trailing(&blade.lofted.mesh)).fold(f64::INFINITY, f64::min);
+    let mesh_chord = blades.iter().map(|blade| blade.lofted.chord_mm).fold(0.0, f64::max);
+    let (names, obj) = groups_obj(&mesh)?;
     let radius = cutter_radius(0.04 * chord);
     let (mut setups, mut operations, mut shares) = (Vec::new(), Vec::new(), Vec::new());
-    for (group, name) in SIDES {
-        if !names.iter().any(|n| n == group) {
-            return Err(format!("{}: the blade has no {name}", file.display()));
+    for (blade, (side, side_name)) in blades.iter().flat_map(|blade| SIDES.map(|side| (blade, side))) {
+        let name = blade.word() + side_name;
+        if !names.contains(&blade.group(side)) {
+            return Err(in_file(format!("the blade has no {name}")));
         }
-        let (setup, above_hub) = setup(&blade.mesh, group, name, radius)?;
+        let (setup, above_hub) = setup(&mesh, (blade, side), &name, radius)?;
         setups.push(setup);
         if let Some((_, share)) = above_hub {
             if share <= 0.0 {
-                return Err(format!(
-                    "{}: two cutter radii above the hub, nothing is left of the blade's {name}; leave the hub out",
-                    file.display()
-                ));
+                return Err(in_file(format!(
+                    "two cutter radii above the hub, nothing is left of the blade's {name}; leave the hub out"
+                )));
             }
             shares.push(format!("{share:.2}"));
         }
@@ -71,88 +87,46 @@ pub(crate) fn blade_job(file: &Path, scale: f64, with_hub: bool, read: ReadFile<
         if let Some((above_hub, _)) = above_hub {
             strategy["parallel_planes"]["from_mm"] = json!(above_hub);
         }
-        let mut side = operation(name, radius, &strategy, chord / 2240.0);
-        side["setup"] = json!(name);
+        let mut operation = operation(&name, radius, &strategy, chord / 2240.0);
+        operation["setup"] = json!(name);
         // Rounded up to the next thousandth.
-        side["tolerances"]["mesh_chord_mm"] = json!(round_to((1000.0 * blade.chord_mm).ceil() / 1000.0, 3));
-        operations.push(side);
+        operation["tolerances"]["mesh_chord_mm"] = json!(round_to((1000.0 * mesh_chord).ceil() / 1000.0, 3));
+        operations.push(operation);
     }
+    let [short, whole] = names_of(file, (&described, &blades), scale, &shares);
+    let name = if whole.chars().count() > MOST_NAME { &short } else { &whole };
+    let mut job = job_file(name, Value::Null, Value::Null);
+    job["setups"] = Value::Array(setups);
+    job["operations"] = Value::Array(operations);
+    Ok((job_folder((MESH_FILE, obj), &job, (radius, 4.0 * radius)), whole))
+}
+
+/// Returns the name of a job without and with the ends of its blades and the shares of their sides.
+fn names_of(file: &Path, (described, blades): (&BladeFile, &[SetBlade]), scale: f64, shares: &[String]) -> [String; 2] {
     let stem = file.file_stem().map(|stem| stem.to_string_lossy().chars().take(NAME_CHARS).collect::<String>());
     let stem = stem.unwrap_or_default();
-    let around = described.n_blades.map(|n| format!(", one of {n}")).unwrap_or_default();
-    let mut ends = ends_text(blade.ends);
+    let sets = if blades.len() > 1 { format!(" sets of {}", blades.len()) } else { String::new() };
+    let around = described.n_blades.map(|n| format!(", one of {n}{sets}")).unwrap_or_default();
+    let short = format!("blade {stem}{around}, scale {scale}");
+    let mut ends = blades.iter().map(ends_text).collect::<String>();
     if !shares.is_empty() {
         ends += &format!(", passes on {} of the sides", shares.join(" and "));
     }
-    let mut job = job_file(&format!("blade {stem}{around}, scale {scale}{ends}"), Value::Null, Value::Null);
-    job["setups"] = Value::Array(setups);
-    job["operations"] = Value::Array(operations);
-    Ok(job_folder(("blade.obj", obj), &job, (radius, 4.0 * radius)))
+    let whole = format!("{short}{ends}");
+    [short, whole]
 }
 
-/// Returns where a blade ends at hub and shroud, for the job's name.
-fn ends_text(ends: [LoftEnd; 2]) -> String {
+/// Returns where a blade ends at hub and shroud.
+fn ends_text(blade: &SetBlade) -> String {
+    let word = blade.word();
     let text = |end: LoftEnd, wall: &str, name: &str| match end {
-        LoftEnd::Wall => format!(", cut at the {wall}"),
-        LoftEnd::SectionOnWall => format!(", {name} on the {wall}"),
-        LoftEnd::SectionBeforeWall { gap_mm } => format!(", {name} {gap_mm:.2} mm off the {wall}"),
+        LoftEnd::Wall => format!(", {word}cut at the {wall}"),
+        LoftEnd::SectionOnWall => format!(", {word}{name} on the {wall}"),
+        LoftEnd::SectionBeforeWall { gap_mm } => format!(", {word}{name} {gap_mm:.2} mm off the {wall}"),
         _ => String::new(),
     };
-    let [root, tip] = ends;
+    let [root, tip] = blade.lofted.ends;
     text(root, "hub", "root") + &text(tip, "shroud", "tip")
-}
-
-/// Reads an `.inf` file with those that it names, all below its folder.
-fn read_blade_file(file: &Path, read: ReadFile<'_>) -> Result<BladeFile, String> {
-    let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let open = |name: &str| {
-        let path = folder.join(name);
-        // Links may lead out of the folder, too.
-        let real = |path: &Path| path.canonicalize().map_err(|e| format!("{}: {e}", path.display()));
-        if !real(&path)?.starts_with(real(folder)?) {
-            return Err(format!("{name} is a link out of the folder; put the file itself below it"));
-        }
-        read(&path)
-    };
-    let bytes = read(file)?;
-    read_blade(&file.display().to_string(), &bytes, open).map_err(|e| e.to_string())
-}
-
-/// Returns the blade between its hub and shroud, as large as requested.
-fn loft(file: &BladeFile, scale: f64, with_hub: bool) -> Result<LoftedBlade, String> {
-    let enlarged = |points: &[Point3<f64>]| points.iter().map(|p| p * scale).collect::<Vec<_>>();
-    let scaled = |section: &ProfileSection| enlarged(&section.points);
-    let first = file.sections.first().ok_or("the blade has no sections")?;
-    let given = BladeSections {
-        sections: file.sections.iter().map(scaled).collect(),
-        is_cut_off: !first.is_closed,
-        leading: first.leading,
-        trailing: first.trailing,
-        forms: file.ends.map(|end| {
-            end.map(|end| match end {
-                EdgeEnd::Ellipse => EdgeForm::Round,
-                EdgeEnd::CutOff => EdgeForm::Flat,
-            })
-        }),
-    };
-    let far = given.sections.iter().flatten().map(|p| (p - given.sections[0][0]).norm()).fold(0.0, f64::max);
-    let tolerance = (CHORD_SHARE * far).clamp(CHORD_LIMITS[0], CHORD_LIMITS[1]);
-    let loft = BladeLoft::new(&given, |p| file.downstream(&(p / scale))).map_err(|e| e.to_string())?;
-    let hub_sector = match (with_hub, file.n_blades) {
-        (false, _) => None,
-        (true, None) => return Err("has no \"Number of Blade Sets\", which a hub needs; add it".to_owned()),
-        (true, Some(_)) if file.hub.is_empty() => {
-            return Err("has no \"Hub Data File\", which a hub needs; add it".to_owned());
-        }
-        (true, Some(n_blades)) => Some(HubSector { n_blades, thickness: round_to((HUB_SHARE * far).max(1.0), 1) }),
-    };
-    let walls = Endwalls {
-        axis: Unit::new_normalize(file.axis.direction()),
-        hub: enlarged(&file.hub),
-        shroud: enlarged(&file.shroud),
-        hub_sector,
-    };
-    loft.mesh_between(&walls, tolerance).map_err(|e| e.to_string())
 }
 
 /// Returns the names of a mesh's groups, and the mesh as a file in which each is an object.
@@ -162,10 +136,17 @@ pub(crate) fn groups_obj(mesh: &TriMesh) -> Result<(Vec<String>, Vec<u8>), Strin
     Ok((names, obj))
 }
 
-/// Returns the setup in which a side faces up and the span is along x, and with a hub the place
-/// along x from which the cutter is clear of it, and the share of the side that is beyond.
-fn setup(mesh: &TriMesh, group: &str, name: &str, radius: f64) -> Result<(Value, Option<(f64, f64)>), String> {
-    let turn = side_up(mesh, group).ok_or_else(|| format!("the blade's {name} faces nowhere"))?;
+/// Returns the setup in which a side of a blade faces up and its span is along x, and with a hub
+/// the place along x from which the cutter is clear of it, and the share of the side that is
+/// beyond. Other blades of the set are obstacles. `mesh` has all of them.
+fn setup(
+    mesh: &TriMesh,
+    (blade, side): (&SetBlade, &str),
+    name: &str,
+    radius: f64,
+) -> Result<(Value, Option<(f64, f64)>), String> {
+    let turn = side_up(&blade.lofted, side).ok_or_else(|| format!("the blade's {name} faces nowhere"))?;
+    let group = blade.group(side);
     let (axis, angle) = turn.axis_angle().unwrap_or((Vector3::z_axis(), 0.0));
     let axis = axis.iter().map(|c| round_to(*c, 9)).collect::<Vec<_>>();
     let angle = round_to(angle.to_degrees(), 6);
@@ -187,13 +168,13 @@ fn setup(mesh: &TriMesh, group: &str, name: &str, radius: f64) -> Result<(Value,
             .collect()
     };
     // The hub beside the blade alone: it may rise far before or behind it.
-    let blade = vertices_of(&|name| !HUB_GROUPS.contains(&name));
+    let off_hub = vertices_of(&|name| !HUB_GROUPS.contains(&name));
     let [front, back] =
-        [f64::min as fn(f64, f64) -> f64, f64::max].map(|of| blade.iter().map(|p| p.y).reduce(of).unwrap_or(0.0));
+        [f64::min as fn(f64, f64) -> f64, f64::max].map(|of| off_hub.iter().map(|p| p.y).reduce(of).unwrap_or(0.0));
     let beside = front - HUB_RADII * radius..=back + HUB_RADII * radius;
     let on_hub = vertices_of(&|name| name == HUB_GROUPS[0]);
     let above_hub = on_hub.iter().filter(|p| beside.contains(&p.y)).map(|p| p.x + middle(x)).reduce(f64::max);
-    let above_hub = above_hub.map(|top| (top + HUB_RADII * radius + HUB_ALLOWANCE).ceil());
+    let above_hub = above_hub.map(|top| (top + HUB_RADII * radius + CHECK_ALLOWANCE).ceil());
     let share_above = |from: f64| {
         let of = mesh.groups().iter().filter(|g| g.name == group).flat_map(|g| g.triangles.clone());
         let (mut above, mut all) = (0.0, 0.0);
@@ -207,16 +188,19 @@ fn setup(mesh: &TriMesh, group: &str, name: &str, radius: f64) -> Result<(Value,
         above / f64::max(all, f64::MIN_POSITIVE)
     };
     let mut meshes = vec![
-        json!({ "file": "blade.obj", "groups": [group], "role": "drive", "unit": "millimetre", "up_axis": "z" }),
-        json!({ "file": "blade.obj", "role": "part", "unit": "millimetre", "up_axis": "z" }),
+        json!({ "file": MESH_FILE, "groups": [group], "role": "drive", "unit": "millimetre", "up_axis": "z" }),
+        json!({ "file": MESH_FILE, "role": "part", "unit": "millimetre", "up_axis": "z" }),
     ];
-    if above_hub.is_some() {
-        let blade: Vec<&str> =
-            mesh.groups().iter().map(|g| g.name.as_str()).filter(|name| !HUB_GROUPS.contains(name)).collect();
-        meshes[1]["groups"] = json!(blade);
-        let mut hub = meshes[0].clone();
-        (hub["groups"], hub["role"], hub["allowance_mm"]) = (json!(HUB_GROUPS), json!("check"), json!(HUB_ALLOWANCE));
-        meshes.push(hub);
+    let own: Vec<String> = blade.lofted.mesh.groups().iter().map(|g| blade.group(&g.name)).collect();
+    let is_part = |name: &&str| own.iter().any(|own| own == name) && !HUB_GROUPS.contains(name);
+    let all = || mesh.groups().iter().map(|g| g.name.as_str());
+    let others: Vec<&str> = all().filter(|name| !is_part(name)).collect();
+    if !others.is_empty() {
+        meshes[1]["groups"] = json!(all().filter(is_part).collect::<Vec<_>>());
+        let mut check = meshes[0].clone();
+        (check["groups"], check["role"]) = (json!(others), json!("check"));
+        check["allowance_mm"] = json!(CHECK_ALLOWANCE);
+        meshes.push(check);
     }
     let setup = json!({
         "name": name,
@@ -234,13 +218,28 @@ fn setup(mesh: &TriMesh, group: &str, name: &str, radius: f64) -> Result<(Value,
 }
 
 /// Returns the rotation after which a side's mean normal is +z and the span +x.
-fn side_up(mesh: &TriMesh, group: &str) -> Option<UnitQuaternion<f64>> {
+fn side_up(blade: &LoftedBlade, group: &str) -> Option<UnitQuaternion<f64>> {
+    let mesh = &blade.mesh;
     let up = Unit::try_new(sum_over(mesh, group, |t| mesh.scaled_normal(t))?, 0.0)?;
-    let span = centre(mesh, "tip")? - centre(mesh, "root").or_else(|| centre(mesh, "hub"))?;
+    let span = centre(mesh, "tip")? - centre(mesh, "root").or_else(|| middle_of_root(blade))?;
     let along = Unit::try_new(span - *up * span.dot(&up), 0.0)?;
     let across = up.cross(&along);
     let work_from_part = Matrix3::from_rows(&[along.transpose(), across.transpose(), up.transpose()]);
     Some(UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(work_from_part)))
+}
+
+/// Returns the middle of the line around a blade's root, where a hub takes the place of its facets.
+/// The middle of the hub is elsewhere: it may reach far before or behind the blade.
+fn middle_of_root(blade: &LoftedBlade) -> Option<Point3<f64>> {
+    let of_root = |(p, [span, _]): (&Point3<f64>, &[f64; 2])| (*span == 0.0).then_some(*p);
+    let line: Vec<Point3<f64>> = blade.mesh.vertices().iter().zip(&blade.coordinates).filter_map(of_root).collect();
+    let (mut moment, mut whole) = (Vector3::zeros(), 0.0);
+    for (a, b) in line.iter().zip(line.iter().cycle().skip(1)) {
+        let length = (b - a).norm();
+        moment += (a.coords + b.coords) * (0.5 * length);
+        whole += length;
+    }
+    (whole > 0.0).then(|| Point3::from(moment / whole))
 }
 
 /// Returns the distance of the middles of both edges.

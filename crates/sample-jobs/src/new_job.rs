@@ -10,7 +10,7 @@ use serde_json::json;
 use crate::job_parts::{
     JobFiles, ROTOR_SCALES, ReadFile, cutter_radius, job_file, job_folder, operation, round_to, stock_for,
 };
-use crate::new_blade::{blade_job, groups_obj};
+use crate::new_blade::{blade_job, blade_text, groups_obj};
 use crate::new_cast::cast_propeller_job;
 use crate::new_dual::dual_propeller_job;
 use crate::new_propeller::{propeller_job, table_job, table_text};
@@ -111,14 +111,16 @@ pub fn new_job(job: &NewJob, read: ReadFile<'_>) -> Result<Vec<(String, Vec<u8>)
     }
 }
 
-/// Returns how the table of a propeller is understood, in words: blades, hand, skew and rake;
-/// `None` for other jobs.
+/// Returns how the files of others are understood, in words: of the table of a propeller blades,
+/// hand, skew and rake; of a blade description the number of blades, where each ends at hub and
+/// shroud, and with a hub the share of each side that has passes. `None` for other jobs.
 ///
 /// # Errors
 /// As [`new_job`].
 pub fn as_read(job: &NewJob, read: ReadFile<'_>) -> Result<Option<String>, String> {
     match job {
         NewJob::OwnPropeller { table, diameter_mm } => table_text(table, *diameter_mm, read).map(Some),
+        NewJob::Blade { from, scale, hub } => blade_text(from, *scale, *hub, read).map(Some),
         _ => Ok(None),
     }
 }

@@ -19,6 +19,7 @@ mod schemas;
 mod setup_variants;
 mod shared_blades;
 mod shared_meshes;
+mod splitter_blades;
 mod strategies;
 mod three_rotaries;
 mod tool_commands;

@@ -220,7 +220,7 @@ fn the_inf_file_says_whether_an_edge_of_a_blade_is_rounded() {
     for (lines, words) in [
         ("Blade 0 LE: Pointed\n", ["b.inf, line 3: ", "EllipseEnd, CutOffEnd"]),
         ("Blade 0 LE: CutOffEnd\n", ["b.inf: ", "say that the edge is rounded"]),
-        ("Number of Blades Per Set: 2\n", ["b.inf, line 3: ", "splitter"]),
+        ("Number of Blades Per Set: 2\n", ["b.inf, line 3: ", "## Splitter blade"]),
     ] {
         let folder = blade_of_ellipses(lines);
         let (job, from) = (folder.path("job"), folder.path("b.inf"));

@@ -85,17 +85,22 @@ fn faults_of_inf_files_name_the_line() {
     assert!(BladeInfo::read("b.inf", &[0xff, 0xfe, 0]).unwrap_err().to_string().contains("UTF-8"));
 }
 
-/// Splitter blades are never taken for sections of the main blade: neither where the files say so,
-/// nor where only their place does.
+/// Splitter blades are never taken for sections of the main blade, and as many are there as the
+/// `.inf` file says.
 #[test]
-fn splitter_blades_are_refused_by_name() {
+fn blades_of_a_set_are_as_many_as_the_files_say() {
     let good = inf("MM");
     let alone = changed(|_| ());
-    assert!(read(&good.replace("Axis", "Number of Blades Per Set: 1\nAxis"), &alone).is_ok());
-    let of_inf = ["Number of Blades Per Set: 2", "Blade 1 LE: EllipseEnd", "blade 2 te: CutOffEnd"];
-    for line in of_inf {
-        let why = read(&good.replace("Axis", &format!("{line}\nAxis")), &alone).expect_err(line);
-        assert!(why.starts_with("b.inf, line 2: ") && why.contains("splitter") && why.contains("of its own"), "{why}");
+    let with = |line: &str| good.replace("Axis", &format!("{line}\nAxis"));
+    assert!(read(&with("Number of Blades Per Set: 1"), &alone).is_ok());
+    for (line, remedy) in [
+        ("Number of Blades Per Set: 2", "of 1; correct the number"),
+        ("Number of Blades Per Set: 11", "from 1 to 10"),
+        ("Blade 1 LE: EllipseEnd", "Blade 1 is not there"),
+        ("blade 2 te: CutOffEnd", "Blade 2 is not there"),
+    ] {
+        let why = read(&with(line), &alone).expect_err(line);
+        assert!(why.starts_with("b.inf, line 2: ") && why.contains(remedy), "{why}");
     }
     // A second blade behind the first, half as long, beside it, and farther out as well.
     let main = two_sections();
@@ -103,19 +108,28 @@ fn splitter_blades_are_refused_by_name() {
         let other = main.each_ref().map(|points| {
             points.iter().map(|[x, y, z]| [x + shift[0], y + out, 0.5 * z + shift[2]]).collect::<Vec<_>>()
         });
-        let all = [&main[..], &other[..]].concat();
-        let text = profile(&all, |_| "");
+        let text = profile(&[&main[..], &other[..]].concat(), |_| "");
         let numbered = text.replace("Profile 3", "Profile 1").replace("Profile 4", "Profile 2");
-        let why = read(&good, &numbered).expect_err("a number twice");
-        assert!(why.starts_with("p.crv, line ") && why.contains("splitter"), "{why}");
         let named = text.replace("# Profile 3", "# Splitter Blade\n# Profile 3");
-        let why = read(&good, &named).expect_err("a splitter");
-        assert!(why.contains("\"Splitter Blade\"") && why.contains("of its own"), "{why}");
+        for text in [&numbered, &named] {
+            assert_eq!(read(&good, text).unwrap().blades.len(), 2);
+            let why = read(&with("Number of Blades Per Set: 1"), text).expect_err("a splitter");
+            assert!(why.starts_with("b.inf, line 2: ") && why.contains("are of 2"), "{why}");
+        }
+        // A section that is missing is named with its blade.
+        let short = named.split("# Profile 4").next().unwrap_or_default();
+        let why = read(&good, short).expect_err("one section");
+        assert!(why.starts_with("p.crv: blade 1 has 1; it needs at least 2"), "{why}");
+        let why = read(&good, &format!("{alone}## Splitter Blade\n")).expect_err("no section");
+        assert!(why.starts_with("p.crv: blade 1 has 0; it needs at least 2"), "{why}");
     }
     // By its place alone: its root lies below the tip of the main blade.
     let other = main.each_ref().map(|points| points.iter().map(|[x, y, z]| [x + 9.0, *y, 0.5 * z]).collect::<Vec<_>>());
     let why = read(&good, &profile(&[&main[..], &other[..]].concat(), |_| "")).expect_err("out of order");
-    assert!(why.contains("splitter"), "{why}");
+    assert!(why.contains("## Splitter blade"), "{why}");
+    let many: String = (0..11).map(|_| alone.as_str()).collect();
+    let why = read(&good, &many).expect_err("eleven blades");
+    assert!(why.starts_with("p.crv, line ") && why.contains("more than 10 blades"), "{why}");
 }
 
 #[test]
@@ -165,7 +179,7 @@ fn large_files_are_refused_in_bounded_time() {
 #[test]
 fn random_damage_never_panics() {
     let mut random = Random(77);
-    let texts = [inf("MM"), changed(|_| ())];
+    let texts = [inf("MM"), format!("{}## Splitter blade\n{}", changed(|_| ()), changed(|_| ()))];
     for _ in 0..2000 {
         let [info, profile] = [0, 1].map(|k| {
             let mut bytes = texts[k].clone().into_bytes();

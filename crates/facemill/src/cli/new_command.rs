@@ -161,8 +161,11 @@ pub(crate) fn run(arguments: NewArguments) -> Result<ExitCode, Failure> {
     if occupied {
         return Err(Failure::input(&dir, "the folder is not empty; name a new one"));
     }
-    // A table that is no file, such as a pipe, can be read only once.
-    let is_file = |job: &NewJob| !matches!(job, NewJob::OwnPropeller { table, .. } if !table.is_file());
+    // What is no file, such as a pipe, can be read only once.
+    let is_file = |job: &NewJob| match job {
+        NewJob::OwnPropeller { table: file, .. } | NewJob::Blade { from: file, .. } => file.is_file(),
+        _ => true,
+    };
     let text = if is_file(&job) { as_read(&job) } else { Ok(None) };
     let text = text.map_err(|message| Failure::Input { file: dir.clone(), message })?;
     files::write_all(&dir, &written)?;

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::{ArgGroup, Args};
+use facemill::called_program::CalledProgram;
 use facemill::formats::ProgramStamp;
 use facemill::job::validate::setup_names::file_stem;
 use facemill::job_file::STOCK_TOLERANCE;
@@ -12,7 +13,7 @@ use facemill::planner::{ReadSetup, posture_maps};
 use facemill::report::CertifiedReport;
 use facemill::report_page::animation::animation_glb;
 use facemill::report_page::document::{PageData, PageSource, page_data};
-use facemill::report_page::format::VerdictState;
+use facemill::report_page::format::{VerdictState, WrittenLines};
 use facemill::report_page::html::{report_html, sheet_html};
 use facemill::report_page::stamp_line;
 use facemill::solution_space_file::PostureMapsFile;
@@ -108,6 +109,7 @@ pub(crate) fn view(arguments: &ViewArguments) -> Result<ExitCode, Failure> {
         dialect,
         program: &shown,
         text: &text,
+        written: called.as_ref().map_or_else(Vec::new, written_lines),
         result,
         certificates,
         chips: None,
@@ -128,6 +130,16 @@ pub(crate) fn view(arguments: &ViewArguments) -> Result<ExitCode, Failure> {
     let verdict = &data.document.verdict;
     say(&format!("{}\nwritten to {}\n", stamp_line(verdict), out.display()))?;
     Ok(exit_code(verdict.state == VerdictState::Faulty))
+}
+
+/// Returns the places of the lines of a text that runs in the written files.
+fn written_lines(called: &CalledProgram) -> Vec<WrittenLines> {
+    let run = |first_line: u32| {
+        let (file, line) = called.place(first_line);
+        let file = file.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        WrittenLines { first_line, file, line }
+    };
+    called.first_lines().map(run).collect()
 }
 
 /// Returns the name of the text that runs for a program that calls subprograms.
@@ -204,6 +216,7 @@ pub(crate) fn report(arguments: &ReportArguments) -> Result<ExitCode, Failure> {
             dialect: job.post.dialect(),
             program: Path::new(name),
             text: &text,
+            written: Vec::new(),
             result: result.clone(),
             certificates,
             chips: chips.as_deref(),
@@ -318,6 +331,7 @@ fn data_of_plan(
         dialect: job.post.dialect(),
         program: Path::new(&program.file),
         text,
+        written: Vec::new(),
         result,
         certificates: certificates.map_err(|e| Failure::Internal(e.to_string()))?,
         chips: Some(&planned.chip_table.1),

@@ -1,6 +1,6 @@
 //! Sample jobs with files read from disk.
 
-pub use facemill_sample_jobs::{NewJob, ROTOR_SCALES, Series, propeller_glb};
+pub use facemill_sample_jobs::{NewJob, ROTOR_SCALES, Series, SetBlade, lofted_blades, propeller_glb};
 
 use crate::files;
 
@@ -13,7 +13,8 @@ pub fn new_job(job: &NewJob) -> Result<Vec<(String, Vec<u8>)>, String> {
     facemill_sample_jobs::new_job(job, &|file| files::read_text(file).map_err(|e| e.to_string()))
 }
 
-/// Returns how the table of a propeller is understood, in words; `None` for other jobs.
+/// Returns how the table of a propeller or a blade description is understood, in words; `None` for
+/// other jobs.
 ///
 /// # Errors
 /// As [`new_job`].

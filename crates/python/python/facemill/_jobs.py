@@ -49,6 +49,25 @@ def _bytes_of(content: Content) -> bytes:
     return content.encode() if isinstance(content, str) else bytes(content)
 
 
+#: Files of subprograms: texts by file name, or the folder that has them.
+Subprograms = Union[Mapping[str, Union[str, bytes]], str, "os.PathLike[str]"]
+
+
+def _subprogram_files(subprograms: Subprograms | None) -> tuple[dict[str, bytes], Path | None]:
+    """Returns files of subprograms in memory, and the folder of others.
+
+    :raises Error: if the folder is none.
+    """
+    if subprograms is None:
+        return {}, None
+    if isinstance(subprograms, Mapping):
+        return {file: _bytes_of(content) for file, content in subprograms.items()}, None
+    folder = Path(subprograms)
+    if not folder.is_dir():
+        raise Error(f"subprograms: {folder} is no folder; give a folder, or a dict of texts by file name")
+    return {}, folder
+
+
 class Report:
     """Plan of a setup: program, report and files.
 
@@ -184,7 +203,7 @@ def verify(
     certificates: bool = False,
     stock_cell_mm: float | None = None,
     *,
-    subprograms: Mapping[str, str | bytes] | str | os.PathLike[str] | None = None,
+    subprograms: Subprograms | None = None,
     name: str = "program",
     folder: str | os.PathLike[str] | None = None,
     files: Mapping[str, Content] | None = None,
@@ -204,14 +223,7 @@ def verify(
     """
     text = program.encode() if isinstance(program, str) else bytes(program)
     given = _GivenJob(job, folder, files, settings)
-    texts: dict[str, bytes] = {}
-    of_folder: Path | None = None
-    if isinstance(subprograms, Mapping):
-        texts = {file: _bytes_of(content) for file, content in subprograms.items()}
-    elif subprograms is not None:
-        of_folder = Path(subprograms)
-        if not of_folder.is_dir():
-            raise Error(f"subprograms: {of_folder} is no folder; give a folder, or a dict of texts by file name")
+    texts, of_folder = _subprogram_files(subprograms)
     result = json.loads(
         _facemill.verify(
             text, Path(name), given, setup, dialect, certificates, stock_cell_mm, texts, of_folder
@@ -221,11 +233,16 @@ def verify(
 
 
 class Retimed:
-    """Program with new feeds: its text, and a summary of the changes (times in s)."""
+    """Program with new feeds: its text, and a summary of the changes (times in s).
 
-    def __init__(self, program: str, summary: dict[str, Any]) -> None:
+    The text has the blocks of subprograms in place of their calls; ``called_files`` are those of
+    files, each with name, checksum and the line where it begins if lines count on from the program.
+    """
+
+    def __init__(self, program: str, summary: dict[str, Any], called_files: list[dict[str, Any]]) -> None:
         self.program = program
         self.summary = summary
+        self.called_files = called_files
 
     def __repr__(self) -> str:
         return f"Retimed({self.summary['changed']} of {self.summary['blocks']} blocks with another F)"
@@ -241,6 +258,8 @@ def feedrate(
     time_law: bool = False,
     blend_tolerance: float | None = None,
     work_offset: Mapping[str, float] | None = None,
+    subprograms: Subprograms | None = None,
+    name: str = "program",
 ) -> Retimed:
     """Gives every straight cutting block the F at which the tip moves at its speed.
 
@@ -251,14 +270,17 @@ def feedrate(
     :param time_law: also stay within acceleration and jerk of every axis.
     :param blend_tolerance: largest deviation at corners, mm, for ``time_law``.
     :param work_offset: machine position of the words' zero by axis, mm or degrees.
-    :raises Error: if the program cannot be read or retimed; the message has the line.
+    :param subprograms: as for :func:`verify`; the new program has their blocks in place of the calls.
+    :param name: name of the program in messages.
+    :raises Error: if the program cannot be read or retimed; the message has file and line.
     """
     text = program.encode() if isinstance(program, str) else bytes(program)
     if isinstance(tip_feed, str) and tip_feed != "keep":
         raise Error(f'tip_feed: must be a speed in mm/min, or "keep", is {tip_feed}')
     keep = tip_feed == "keep"
     speed = None if keep or tip_feed is None else float(tip_feed)
-    new, summary = _facemill.feedrate(
+    texts, of_folder = _subprogram_files(subprograms)
+    new, summary, called_files = _facemill.feedrate(
         text,
         machine._machine,
         tool_length,
@@ -268,8 +290,11 @@ def feedrate(
         time_law or blend_tolerance is not None,
         blend_tolerance,
         {axis.upper(): float(value) for axis, value in (work_offset or {}).items()},
+        Path(name),
+        texts,
+        of_folder,
     )
-    return Retimed(new.decode(), json.loads(summary))
+    return Retimed(new.decode(), json.loads(summary), json.loads(called_files))
 
 
 def example_job(part: str = "patch", size_mm: float = 60.0) -> dict[str, bytes]:

@@ -1,16 +1,19 @@
 // Text of the program as a list of which the visible lines alone are elements.
 
 import { h } from './dom.js';
+import { writtenPlace } from './lines.js';
 
 const ROW = 18;
 /** Height beyond which browsers lay out no element, px. */
 const TALLEST = 15e6;
 
 export class ProgramList {
-  constructor(parent, bytes, marks, onpick) {
+  /** `written` says where the lines are written: their numbers there are shown. */
+  constructor(parent, bytes, marks, onpick, written) {
     this.parent = parent;
     this.bytes = bytes;
     this.marks = marks;
+    this.written = written;
     this.decoder = new TextDecoder();
     this.starts = [0];
     for (let k = 0; k < bytes.length; k++) if (bytes[k] === 10) this.starts.push(k + 1);
@@ -38,6 +41,22 @@ export class ProgramList {
       const row = event.target.closest('[data-line]');
       if (row) onpick(Number(row.dataset.line));
     });
+  }
+
+  /** Number of a line as it is written, with its file where there are several. */
+  number(line) {
+    const place = writtenPlace(this.written, line);
+    return place ? `${place.file} ${place.line}` : `${line}`;
+  }
+
+  /** Line of the text for a number of the program's own file: the last one up to it that runs. */
+  lineOf(number) {
+    const within = (line) => Math.min(Math.max(line, 1), this.n);
+    if (!this.written || !this.written.length) return within(number);
+    const own = this.written.filter((run) => run.file === this.written[0].file && run.line <= number);
+    const run = own.at(-1) ?? this.written[0];
+    const next = this.written[this.written.indexOf(run) + 1];
+    return within(Math.min(run.first_line + number - run.line, next ? next.first_line - 1 : this.n));
   }
 
   /** Text of a line, from 1. */
@@ -69,7 +88,7 @@ export class ProgramList {
       const mark = this.marks.get(line);
       rows.push(h('.nc-row', {
         'data-line': line, id: `nc-line-${line}`, role: 'option', 'aria-selected': line === this.line ? 'true' : 'false', class: `nc-row${line === this.line ? ' now' : ''}${mark ? ` ${mark.kind}` : ''}`, title: mark ? mark.title : null,
-      }, h('span.nc-number', line), h('span.nc-text', this.text(line))));
+      }, h('span.nc-number', this.number(line)), h('span.nc-text', this.text(line))));
     }
     this.rows.replaceChildren(...rows);
     if (this.line >= first && this.line <= last) this.parent.setAttribute('aria-activedescendant', `nc-line-${this.line}`);

@@ -2,6 +2,7 @@
 
 import { bytes } from './data.js';
 import { h, put, svg } from './dom.js';
+import { linePlace, linePlaces } from './lines.js';
 import { Postures } from './postures.js';
 import { css, diverging } from './scales.js';
 import { fileLine, kindText, measureText, untimedText } from './sheet-content.js';
@@ -56,7 +57,7 @@ function findingsPanel(page, panel, list) {
     buttons.push(button);
     return button;
   };
-  const range = (f) => (f.first_line === f.last_line ? fileLine(page.doc, f.first_line) : [`file lines ${f.first_line} to ${f.last_line}, worst in `, fileLine(page.doc, f.worst_line)]);
+  const range = (f) => (f.first_line === f.last_line ? fileLine(page.doc, f.first_line) : [`${linePlaces(page.doc, f.first_line, f.last_line)}, worst in `, fileLine(page.doc, f.worst_line)]);
   panel.append(h('h2', 'Findings of the written program'));
   if (!list.length) panel.append(h('p', result.verified === false ? 'The program was not run on the virtual machine: faults are not known.' : 'None.'));
   list.forEach((f, index) => {
@@ -68,7 +69,7 @@ function findingsPanel(page, panel, list) {
   const { uncertified = [] } = result.certified || {};
   if (uncertified.length) {
     panel.append(h('h2', 'Not proven'));
-    for (const u of uncertified) panel.append(entry('warn', u.reason, [`file lines ${u.first_line} to ${u.last_line}, ${u.blocks} blocks`], () => page.seekLine(u.first_line)));
+    for (const u of uncertified) panel.append(entry('warn', u.reason, [`${linePlaces(page.doc, u.first_line, u.last_line)}, ${u.blocks} blocks`], () => page.seekLine(u.first_line)));
   }
   if (result.infeasible) {
     panel.append(h('h2', 'Left out'));
@@ -191,7 +192,7 @@ function factsPanel(page, panel) {
   }
   add('blocks with a motion', result.n_blocks ?? (totals && totals.blocks));
   const gouge = result.largest_gouge ? { depth: result.largest_gouge.depth_mm, line: result.largest_gouge.line } : { depth: worst.gouge_mm, line: worst.gouge_line };
-  const link = (text, line) => (line ? h('span', text, ' ', h('button', { onclick: () => page.seekLine(line) }, `file line ${line}`)) : text);
+  const link = (text, line) => (line ? h('span', text, ' ', h('button', { onclick: () => page.seekLine(line) }, linePlace(page.doc, line))) : text);
   if (gouge.depth !== null && gouge.depth !== undefined) add('largest gouge', link(length(gouge.depth, 4), gouge.line));
   const near = result.smallest_clearance;
   if (near) add('smallest clearance', link(`${length(near.distance_mm)}, ${near.body} to ${near.obstacle}`, near.line));

@@ -1,6 +1,7 @@
 // Maps of feasible postures at the narrowest point of each pass.
 
 import { h, put } from './dom.js';
+import { linePlace } from './lines.js';
 import { ticks } from './scales.js';
 import { fixed } from './units.js';
 
@@ -55,7 +56,7 @@ export class Postures {
     const line = map.motion === null ? null : page.motion.lines[map.motion];
     put(this.facts,
       h('b', `Tilt ${fixed(map.taken_deg[0], 3)}°, rotate ${fixed(map.taken_deg[1], 3)}°`), ` in the program. Proven feasible ${free} %, proven blocked ${blocked} % of the map. `,
-      line === null ? 'No block ends at this point.' : h('button', { onclick: () => { page.seekMotion(map.motion); page.view.look('place', map.tip_mm); } }, `line ${line}: look there`));
+      line === null ? 'No block ends at this point.' : h('button', { onclick: () => { page.seekMotion(map.motion); page.view.look('place', map.tip_mm); } }, `${linePlace(this.page.doc, line)}: look there`));
     this.draw(map);
   }
 

@@ -3,6 +3,7 @@
 import { bytes, numbers, readDocument } from './data.js';
 import { h, put } from './dom.js';
 import { Machine } from './kinematics.js';
+import { linePlace } from './lines.js';
 import { Motion, lastUpTo } from './motion.js';
 import { ProgramList } from './nc.js';
 import { panels } from './panels.js';
@@ -83,7 +84,7 @@ class Page {
     this.timeline = new Timeline(this.timelineElement, this, (time) => this.seek(time));
     this.plots = new Plots(this.plotArea, this.motion, (time) => this.seek(time));
     this.setPlot('position');
-    this.program = new ProgramList(this.ncElement, this.text, this.lineMarks(), (line) => this.seekLine(line));
+    this.program = new ProgramList(this.ncElement, this.text, this.lineMarks(), (line) => this.seekLine(line), this.doc.program.written);
     panels(this);
     this.printed.append(sheet(doc));
     this.figureSelect.value = this.figureKey;
@@ -397,7 +398,7 @@ class Page {
     this.program.show(this.line);
     this.timeline.setTime(time);
     this.timelineElement.setAttribute('aria-valuenow', Math.round(time));
-    this.timelineElement.setAttribute('aria-valuetext', `${clock(time)} of ${clock(motion.total)}, file line ${this.line}`);
+    this.timelineElement.setAttribute('aria-valuetext', `${clock(time)} of ${clock(motion.total)}, ${linePlace(this.doc, this.line)}`);
     this.plots.setTime(time);
     this.showReadout();
   }
@@ -428,7 +429,7 @@ class Page {
       const of = machine.heads.length > 1 ? ` ${head + 1}` : '';
       facts.push(h('dt.wide', `tip${of}`), h('dd.wide', tip.map((x) => length(x, 3, true)).join('   ')), h('dt.wide', `tool axis${of}`), h('dd.wide', axis.map((x) => fixed(x, 5)).join('   ')));
     });
-    put(this.readout, h('.block', h('b', `${this.line}  `), text), h('table', h('tbody', rows)), h('dl.facts2', facts));
+    put(this.readout, h('.block', h('b', `${this.program.number(this.line)}  `), text), h('table', h('tbody', rows)), h('dl.facts2', facts));
   }
 
   passOf(line) {
@@ -440,10 +441,10 @@ class Page {
   find(text) {
     const wanted = text.trim().toLowerCase();
     if (!wanted) return;
-    if (/^\d+$/.test(wanted)) return this.seekLine(Math.min(Math.max(Number(wanted), 1), this.program.n));
+    if (/^\d+$/.test(wanted)) return this.seekLine(this.program.lineOf(Number(wanted)));
     for (let step = 1; step <= this.program.n; step++) {
       const line = ((this.line - 1 + step) % this.program.n) + 1;
-      if (this.program.text(line).toLowerCase().includes(wanted)) return this.seekLine(line);
+      if (this.program.number(line).toLowerCase() === wanted || this.program.text(line).toLowerCase().includes(wanted)) return this.seekLine(line);
     }
     this.tell(`"${text}" is not in the program`);
   }

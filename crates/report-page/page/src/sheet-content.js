@@ -1,6 +1,7 @@
 // The setup sheet: what an operator needs at the machine, for A4.
 
 import { h, svg } from './dom.js';
+import { linePlace, linePlaces } from './lines.js';
 import { axisValue, clock, fixed, isInch, length, lengthUnit, speed } from './units.js';
 
 const VERDICTS = { good: 'ok', partly_tested: 'warn', incomplete: 'warn', not_verified: 'warn', faulty: 'bad' };
@@ -30,7 +31,7 @@ const isForeign = (doc) => doc.result.format === 'facemill-verification/1';
 /** A line of the program with its text: a control counts blocks, not lines of a file. */
 export function fileLine(doc, line) {
   const text = doc.line_texts[line];
-  return text ? [`file line ${line}: `, h('span.mono', text)] : [`file line ${line}`];
+  return text ? [`${linePlace(doc, line)}: `, h('span.mono', text)] : [linePlace(doc, line)];
 }
 
 /** Returns the sheet as an element. */
@@ -367,7 +368,7 @@ function findings(doc) {
   const { result } = doc;
   const list = result.findings || [];
   if (!list.length) return h('p', result.verified === false ? 'The program was not run: faults are not known.' : 'None.');
-  const rows = list.map((f) => h(`tr${f.isFault ? '.bad' : ''}`, h('td', kindText(f.kind)), h('td', f.first_line === f.last_line ? fileLine(doc, f.first_line) : [`file lines ${f.first_line} to ${f.last_line}, worst in `, fileLine(doc, f.worst_line)]), h('td', measureText(f.measure)), h('td', [f.axis, f.body, f.obstacle].filter(Boolean).join(' / ')), h('td', f.note || '')));
+  const rows = list.map((f) => h(`tr${f.isFault ? '.bad' : ''}`, h('td', kindText(f.kind)), h('td', f.first_line === f.last_line ? fileLine(doc, f.first_line) : [`${linePlaces(doc, f.first_line, f.last_line)}, worst in `, fileLine(doc, f.worst_line)]), h('td', measureText(f.measure)), h('td', [f.axis, f.body, f.obstacle].filter(Boolean).join(' / ')), h('td', f.note || '')));
   return table(['Kind', 'Lines', 'Measure', 'Bodies', 'Note'], rows);
 }
 

@@ -4,21 +4,34 @@ use std::collections::BTreeMap;
 
 use serde_json::Value;
 
+use crate::format::WrittenLines;
+
 /// Longest text of a block, characters.
 const LONGEST: usize = 72;
 
 /// Most blocks of one page: findings of a wrong program can be many.
 const MOST: usize = 4000;
 
+/// Returns a line as a person finds it: `file line 33`, or `O2999.nc line 3` of a program whose
+/// calls were expanded.
+pub(super) fn place_of(written: &[WrittenLines], line: u32) -> String {
+    let behind = written.partition_point(|run| run.first_line <= line);
+    match behind.checked_sub(1).map(|k| &written[k]) {
+        Some(run) => format!("{} line {}", run.file, run.line + (line - run.first_line)),
+        None => format!("file line {line}"),
+    }
+}
+
 /// Lines of a program's text.
 pub(super) struct FileLines<'t> {
     lines: Vec<&'t str>,
+    written: &'t [WrittenLines],
 }
 
 impl<'t> FileLines<'t> {
-    /// Reads a text.
-    pub(super) fn of(text: &'t str) -> Self {
-        Self { lines: text.split('\n').map(str::trim).collect() }
+    /// Reads a text whose lines are written at these places, or are those of a file.
+    pub(super) fn of(text: &'t str, written: &'t [WrittenLines]) -> Self {
+        Self { lines: text.split('\n').map(str::trim).collect(), written }
     }
 
     /// Returns the text of a line, from 1, not longer than a row of a sheet.
@@ -37,9 +50,10 @@ impl<'t> FileLines<'t> {
         self.lines.iter().zip(1..).find(|(line, _)| has(line)).map(|(_, number)| number)
     }
 
-    /// Returns a line as a person finds it: `file line 33: "31 L X+0"`.
+    /// Returns the place of a line with its text: `file line 33: "31 L X+0"`.
     pub(super) fn quoted(&self, line: u32) -> String {
-        self.text(line).map_or_else(|| format!("file line {line}"), |text| format!("file line {line}: \"{text}\""))
+        let place = place_of(self.written, line);
+        self.text(line).map_or_else(|| place.clone(), |text| format!("{place}: \"{text}\""))
     }
 
     /// Returns the texts of lines that findings and assumptions of a result name, and of others.

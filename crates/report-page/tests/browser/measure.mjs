@@ -18,6 +18,7 @@ try {
     measured.poses = await page.run(`[${lines}].map((line) => facemill.poseOfLine(line).tip)`);
     measured.axes = await page.run(`[${lines}].map((line) => facemill.poseOfLine(line).axis)`);
     measured.lines = await page.run(`[${lines}].map((line) => facemill.program.text(line))`);
+    measured.numbers = await page.run(`[${lines}].map((line) => facemill.program.number(line))`);
     // Two moments, as the picture of the scene shows them.
     const shown = (share) => page.run(`(async () => {
       facemill.seek(facemill.motion.total * ${share});

@@ -490,8 +490,8 @@ fn foreign_and_empty_programs_have_pages() {
     assert_eq!(empty["motions"], 0);
 }
 
-/// The page of a program with calls has the motion and the verdict of the flat one; it names the
-/// text that it shows, and which of its lines are which lines of the written files.
+/// The page of a program with calls has the motion and the verdict of the flat one; it shows lines
+/// with their numbers in the written files, and names the text that runs.
 #[test]
 fn calls_of_subprograms_are_expanded_on_the_page() {
     let job = planned();
@@ -508,6 +508,12 @@ fn calls_of_subprograms_are_expanded_on_the_page() {
     }
     assert_eq!(page["result"]["findings"], flat_page["result"]["findings"]);
     assert_eq!(page["program"]["file"], "main.nc with its calls expanded");
+    let call = main.lines().position(|line| line.starts_with("M98")).expect("a call") + 1;
+    let run =
+        |first_line: usize, file: &str, line: usize| json!({ "first_line": first_line, "file": file, "line": line });
+    let written = [run(1, "main.nc", 1), run(call, "O2999.nc", 3), run(call + 3, "main.nc", call + 1)];
+    assert_eq!(page["program"]["written"], json!(written));
+    assert!(flat_page["program"].get("written").is_none());
     let assumptions = page["result"]["assumptions"].as_array().expect("assumptions");
     let texts: Vec<&str> = assumptions.iter().filter_map(|a| a["text"].as_str()).collect();
     let at = main.lines().position(|line| line.starts_with("M98")).expect("a call") + 1;
@@ -516,6 +522,8 @@ fn calls_of_subprograms_are_expanded_on_the_page() {
     let said = |what: &str| texts.iter().any(|text| text.contains(what));
     assert!(said(&places) && said(&format!("O2999.nc ({})", stamp(&sub))) && said(&stamp(&main)), "{texts:?}");
     assert!(!flat_page.to_string().contains("calls of subprograms"));
+    let Some(measured) = measured(&job.path("main.html"), &[1, call, call + 3]) else { return };
+    assert_eq!(measured["numbers"], json!(["main.nc 1", "O2999.nc 3", format!("main.nc {}", call + 1)]));
 }
 
 #[test]

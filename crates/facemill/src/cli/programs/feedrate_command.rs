@@ -17,7 +17,7 @@ use facemill::nc_program::dialect::ControlMotion;
 use facemill::nc_subprograms::may_call;
 use facemill::{Failure, files, read_dialect_file};
 
-use crate::cli::arguments::called_files::{CALLS_IN_PLACE, feed_fault};
+use crate::cli::arguments::called_files::CALLS_IN_PLACE;
 use crate::cli::arguments::dialect::dialect;
 use crate::cli::arguments::program::{open_nc, read_nc};
 use crate::cli::output::{say, say_bytes};
@@ -124,7 +124,7 @@ pub(crate) fn run(arguments: &FeedrateArguments) -> Result<ExitCode, Failure> {
         FeedRewriteError::Read(source) => Failure::Read { file: arguments.program.clone(), source },
         FeedRewriteError::Write(source) => Failure::Write { file: arguments.out.clone().unwrap_or_default(), source },
         other => match &called {
-            Some((called, _)) => feed_fault(called, &arguments.program, other),
+            Some((called, _)) => other.of_called(called, &arguments.program),
             None => Failure::input(&arguments.program, other),
         },
     };

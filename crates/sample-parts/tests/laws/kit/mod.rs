@@ -267,6 +267,6 @@ pub(crate) fn shared_blade(name: &str) -> Option<(BladeFile, BladeSections)> {
     let path = shared(&format!("data/blades/{name}"))?;
     let open = |file: &str| std::fs::read(path.with_file_name(file)).map_err(|e| e.to_string());
     let file = read_blade(name, &std::fs::read(&path).unwrap(), open).unwrap();
-    let sections = file.sections.iter().map(|section| section.points.clone()).collect();
+    let sections = file.blades[0].sections.iter().map(|section| section.points.clone()).collect();
     Some((file, BladeSections { sections, ..BladeSections::default() }))
 }
