@@ -26,7 +26,7 @@ pub(crate) struct PointEngagement {
     /// Whether it is a point of the path.
     pub is_point: bool,
     /// Ridge toward the pass beside that was cut before; the higher one if there is one on each
-    /// side.
+    /// side. `None` of passes over islands.
     pub ridge: Option<Ridge>,
     /// Chip at the cut.
     pub chip: Chip,

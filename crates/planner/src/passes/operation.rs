@@ -194,6 +194,7 @@ impl<'a> PlannedOperation<'a> {
             poses: poses.clone(),
             extra: extra.clone(),
         });
+        let n_in_strips = poses.tasks.len();
         if let Some(region) = region.filter(|_| is_alone) {
             planner.add_over_islands(region, &mut poses, &mut extra)?;
         }
@@ -215,7 +216,10 @@ impl<'a> PlannedOperation<'a> {
         let mut moves = region_moves(&test, &settings, region, pieces, from, &mut left_out, &*monitor)?;
         drop(monitor);
         clock.lap("moves");
-        let along = engagement_of_passes(job, setup, operation, &mut moves.pieces, stages)?;
+        let mut along = engagement_of_passes(job, setup, operation, &mut moves.pieces, stages)?;
+        // Passes over islands, behind all others, lie in strips between others, not beside them.
+        let over_islands = moves.pieces.iter().zip(&mut along).filter(|(piece, _)| piece.piece.pass >= n_in_strips);
+        over_islands.flat_map(|(_, along)| along).for_each(|at| at.ridge = None);
         give_turn_chips(job, setup, &operation.feeds, &mut moves.pieces, &along)?;
         clock.lap("cusps and chips");
         let is_own = matches!(setup.planning_stock, PlanningStock::Own { .. });
