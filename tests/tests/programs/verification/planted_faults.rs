@@ -240,7 +240,7 @@ fn a_link_lowered_into_the_part_is_found_and_one_just_above_it_is_not() {
         (text, (k - 1..=k + 1).map(|k| cell.depth(&changed[k]).0).fold(0.0, f64::max))
     };
     let lines = [motions[k - 1].line as u32, motions[k + 1].line as u32];
-    let (text, depth) = planted(top - 4.0);
+    let (text, depth) = planted(top - 6.0);
     assert!(depth > 0.5, "the link misses the part: {depth}");
     let v = cell.run(&text, &tool);
     let hits: Vec<&Finding> = v.faults().filter(|f| f.kind == FindingKind::RapidCollision).collect();
