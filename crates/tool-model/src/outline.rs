@@ -91,7 +91,7 @@ impl Outline {
         (self.point_at(-FRAC_PI_2).x, self.point_at(FRAC_PI_2).x)
     }
 
-    /// LowestPlace z of the outline at y, mm; `None` outside its extent.
+    /// Lowest z of the outline at y, mm; `None` outside its extent.
     ///
     /// Accurate to 1e-12·R: it is the exact height at some y′ with |y′ − y| ≤ 1e-12·R. That says
     /// little only where the outline is vertical (the cylinder's wall at small lean, the ends of
@@ -100,7 +100,7 @@ impl Outline {
         self.lowest_at(y).map(|lowest| lowest.height)
     }
 
-    /// LowestPlace z at y of all that the cutter passes over on a surface that is curved along the feed
+    /// Lowest z at y of all that the cutter passes over on a surface that is curved along the feed
     /// or twists, mm; `None` outside the outline's extent.
     ///
     /// `arc` is the distance (mm, positive to the left) on the surface from the CC point to the
