@@ -223,7 +223,7 @@ mod tests {
         within.cut(&cutter, &places(0.05));
         let [share] = &within.shares()[..] else { panic!("one group") };
         assert!((share.area - 800.0).abs() < 1e-6 && share.below == 0.0, "{share:?}");
-        // Beyond the last place, the ball is at the band 1.29 mm from there: 0.17 mm above its lowest.
+        // The ball meets the band 1.29 mm beyond its last place, 0.17 mm above its lowest point.
         assert!((share.above - (400.0 - 20.0 * 1.29)).abs() < 8.0, "{share:?}");
         assert!(share.uncut > 300.0 && share.uncut < share.above, "{share:?}");
         assert!(within.left().all(|(group, place, _)| group == "plate" && place.x > 20.0));

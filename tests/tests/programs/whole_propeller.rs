@@ -105,8 +105,8 @@ const PLACES: [[f64; 3]; 4] = [
     [1.0 / 6.0, 1.0 / 6.0, 2.0 / 3.0],
 ];
 
-/// Blades and the hub between them lie in the regions of finishing operations but for the tips, less
-/// than a thousandth, by an own reading of mesh and job: nothing is forgotten.
+/// Blades and the hub between them lie in the regions of finishing operations but for the tips, by
+/// an own reading of mesh and job: nothing is forgotten.
 #[test]
 fn the_regions_of_a_whole_propeller_cover_the_wetted_surface() {
     let folder = tempfile::tempdir().unwrap();
