@@ -10,6 +10,9 @@
 //! - [`craig`]: where the rows of a machine file put its links;
 //! - [`two_heads`]: a program of two heads in one channel, both tools' places, and how far these
 //!   are apart;
+//! - [`gltf_groups`]: groups of a binary glTF file;
+//! - [`wetted`]: shares of a wetted surface that programs leave within a tolerance;
+//! - [`whole_plan`]: the plan of a whole propeller on them;
 //! - [`rest_points`]: stock as points, cut by a program, and met by its bodies;
 //! - [`slack`]: how much more certificates say than there is, at its places, with the mesh tree's
 //!   distance;
@@ -20,6 +23,7 @@
 pub mod brute;
 pub mod chip_trial;
 pub mod craig;
+pub mod gltf_groups;
 pub mod interpreter;
 pub mod onset;
 pub mod paper_machine;
@@ -29,3 +33,5 @@ pub mod slack;
 pub mod straight_words;
 pub mod touch;
 pub mod two_heads;
+pub mod wetted;
+pub mod whole_plan;

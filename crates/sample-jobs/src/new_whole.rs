@@ -14,8 +14,13 @@ const ROOT: [f64; 2] = [0.242, 0.548];
 /// Radius up to which the face mill finishes the sides, over that of the tip.
 const FACE_TO: f64 = 0.998;
 
-/// Radii between which the ball nose mill cuts the edges, over that of the tip.
-const EDGES: [f64; 2] = [0.26, 0.994];
+/// Radii between which the ball nose mill cuts the edges, each half from its side, over that of the
+/// tip.
+const EDGES: [f64; 2] = [0.345, 0.998];
+
+/// Radii between which it cuts both halves of an edge at once, from the root on, over that of the
+/// tip.
+const EDGE_ROOT: [f64; 2] = [0.222, 0.35];
 
 /// Radii between which the ball nose mill cuts the strip of a side beside the fillet, over that of
 /// the tip.
@@ -43,24 +48,68 @@ const ROOT_PLANE: [f64; 3] = [0.0, 0.9015, -0.4327];
 /// Parts of a fillet with the hub beside it. In each, the ball nose mill points between blade and
 /// hub and away from the neighbour.
 const PARTS: [FilletPart; 2] = [
-    FilletPart { name: "fillet low", z: [-0.308, 0.03], at: [0.114, -0.16, -0.14], angle: -66.0, rise: 0.2, to: 0.01 },
-    FilletPart { name: "fillet up", z: [0.02, 0.332], at: [0.19, 0.0, 0.16], angle: -8.0, rise: 0.5, to: -0.016 },
+    FilletPart {
+        name: "fillet low",
+        z: [-0.308, 0.03],
+        to: 0.01,
+        axis: AxisTo { at: [0.114, -0.16, -0.14], angle: -66.0, rise: 0.2 },
+    },
+    FilletPart {
+        name: "fillet up",
+        z: [0.02, 0.332],
+        to: -0.016,
+        axis: AxisTo { at: [0.19, 0.0, 0.16], angle: -8.0, rise: 0.5 },
+    },
 ];
+
+/// End of the fillet around the upper edge, with the hub beside it. The tool points outward and
+/// along the chord there.
+const END: FilletPart = FilletPart {
+    name: "fillet end",
+    z: [0.172, 0.334],
+    to: 0.028,
+    axis: AxisTo { at: [0.16, 0.144, 0.3], angle: 75.0, rise: 1.19 },
+};
+
+/// Distance from the plane along the middle of the root from which on fillet and hub belong to the
+/// end, over the radius of the tip.
+const END_FROM: f64 = -0.019;
+
+/// Least coordinate along x of the end, and its largest radius, over that of the tip.
+const END_WITHIN: [f64; 2] = [0.06, 0.23];
+
+/// Direction of the tool at the root of the upper edge: both of its halves are seen from there.
+const EDGE_ROOT_AXIS: AxisTo = AxisTo { at: [0.19, 0.19, 0.27], angle: 113.0, rise: 1.0 };
 
 /// Part of a fillet; lengths over the radius of the tip.
 struct FilletPart {
     name: &'static str,
     /// Heights between which it lies.
     z: [f64; 2],
-    /// Place in the middle of it.
+    /// Distance from the plane along the middle of the root up to which fillet and hub belong to
+    /// it.
+    to: f64,
+    axis: AxisTo,
+}
+
+/// Point that the tool's axis goes to; lengths over the radius of the tip.
+struct AxisTo {
+    /// Place in the middle of the region.
     at: [f64; 3],
-    /// Direction of the tool's axis about that of the propeller, deg, and its rise along it per
-    /// distance across.
+    /// Direction from there about the propeller's axis, deg, and its rise along it per distance
+    /// across.
     angle: f64,
     rise: f64,
-    /// Distance from the plane along the middle of the root up to which fillet and hub belong to
-    /// the side.
-    to: f64,
+}
+
+impl AxisTo {
+    /// Returns the mode of search with the axis toward the point, three radii away.
+    fn mode(&self, tip: f64) -> Value {
+        let (sin, cos) = self.angle.to_radians().sin_cos();
+        let away = [cos, sin, self.rise].map(|c| 3.0 * tip * c);
+        let point: Vec<f64> = self.at.iter().zip(away).map(|(at, away)| round_to(at * tip + away, 1)).collect();
+        json!({ "toward": { "point": { "position_mm": point } } })
+    }
 }
 
 /// Height of the work above the table, over the diameter: with the tool level, the head passes
@@ -113,11 +162,23 @@ fn setup(sample: &Sample<'_>, side: &str) -> Value {
     let mut groups: Vec<String> =
         ["", "-leading-edge", "-trailing-edge", "-tip", "-fillet"].map(|part| format!("blade-1/{side}{part}")).into();
     groups.push("hub/cylinder".to_owned());
+    groups.push(format!("blade-1/{}-{}", other(side), upper_edge(side)));
     setup["meshes"][0]["groups"] = json!(groups);
     setup["table_from_work"]["translation_mm"][2] = json!(round_to(ABOVE_TABLE * 2.0 * sample.tip(), 0));
     // Tools between the blades point away from the axis: along them, they come out there.
     setup["clearance"] = json!({ "cylinder": { "radius_mm": round_to(1.06 * sample.tip(), 0) } });
     setup
+}
+
+/// Returns the side that faces down where this one faces up.
+fn other(side: &str) -> &'static str {
+    SIDES[usize::from(side == SIDES[0])]
+}
+
+/// Returns the edge that is above the middle of the hub where a side faces up, as names of groups
+/// have it.
+fn upper_edge(side: &str) -> &'static str {
+    if side == SIDES[0] { "leading-edge" } else { "trailing-edge" }
 }
 
 /// One side of the blades.
@@ -139,6 +200,7 @@ impl Side<'_> {
         }
         let (root, hub) = (self.root(&finish), self.hub(&finish));
         let fillets = PARTS.map(|part| self.fillet(&finish, &part));
+        let (end, edge_root) = (self.fillet_end(&finish), self.edge_root(&finish));
         let fine = [self.strip(&finish), self.edge(&finish, "leading edge"), self.edge(&finish, "trailing edge")];
         let mut all = vec![layers, finish];
         for (operation, name, beyond) in [(root, "root", 2.0 * self.sample.from()), (hub, "hub", 0.0)] {
@@ -148,6 +210,8 @@ impl Side<'_> {
         all.extend(fillets.iter().zip(&PARTS).map(|(fillet, part)| self.fillet_rough(fillet, part)));
         all.extend(fillets);
         all.extend(fine);
+        // Last, with the least material beside them.
+        all.extend([self.fillet_rough(&end, &END), end, edge_root]);
         all
     }
 
@@ -223,11 +287,29 @@ impl Side<'_> {
         region["between"] = json!({ "parallel_planes": {
             "normal": ROOT_PLANE, "from_mm": round_to(-0.4 * tip, 1), "to_mm": round_to(part.to * tip, 1),
         } });
-        let (sin, cos) = part.angle.to_radians().sin_cos();
-        let away = [cos, sin, part.rise].map(|c| 3.0 * tip * c);
-        let point: Vec<f64> = part.at.iter().zip(away).map(|(at, away)| round_to(at * tip + away, 1)).collect();
-        fillet["search"]["mode"] = json!({ "toward": { "point": { "position_mm": point } } });
+        fillet["search"]["mode"] = part.axis.mode(tip);
         with_ends(fillet, 60.0, 36.0, 0.0)
+    }
+
+    /// Returns the finish of the fillet's end around the upper edge, with the hub beside it.
+    fn fillet_end(&self, finish: &Value) -> Value {
+        let tip = self.sample.tip();
+        let [least_x, to] = END_WITHIN.map(|length| round_to(length * tip, 1));
+        let mut end = self.fillet(finish, &END);
+        let path = &mut end["path"]["strategy"];
+        path["min_pass_length_mm"] = json!(4.0);
+        path["strategy"]["constant_scallop"]["within"] = json!({ "cylindrical_sections": {
+            "axis_direction": [0.0, 0.0, 1.0], "from_radius_mm": 0.0, "to_radius_mm": to,
+        } });
+        let region = &mut path["region"];
+        region["groups"] = json!([
+            format!("blade-1/{}-fillet", self.side),
+            "hub/cylinder",
+            format!("blade-1/{}-{}", self.side, upper_edge(self.side)),
+        ]);
+        region["box"]["min_mm"][0] = json!(least_x);
+        region["between"]["parallel_planes"]["from_mm"] = json!(round_to(END_FROM * tip, 1));
+        steep_ends(end)
     }
 
     /// Returns the layer before the finish of a part of the fillet: one, because the mills before
@@ -258,6 +340,26 @@ impl Side<'_> {
         });
         let strip = self.operation(finish, "strip beside the fillet", &strategy, &[format!("blade-1/{}", self.side)]);
         with_ends(strip, 60.0, 36.0, 0.0)
+    }
+
+    /// Returns the finish of both halves of the upper edge from the fillet on, where the neighbour
+    /// is beside the other setup's tool.
+    fn edge_root(&self, finish: &Value) -> Value {
+        let tip = self.sample.tip();
+        let [from, to] = EDGE_ROOT.map(|radius| round_to(radius * tip, 1));
+        let mut root = self.edge(finish, &upper_edge(self.side).replace('-', " "));
+        root["name"] = json!(format!("{} root", root["name"].as_str().unwrap_or_default()));
+        let path = &mut root["path"]["strategy"];
+        path["min_pass_length_mm"] = json!(4.0);
+        let edge = upper_edge(self.side);
+        path["region"]["groups"] = json!([self.side, other(self.side)].map(|side| format!("blade-1/{side}-{edge}")));
+        let within = &mut path["strategy"]["constant_scallop"]["within"]["cylindrical_sections"];
+        within["from_radius_mm"] = json!(from);
+        within["to_radius_mm"] = json!(to);
+        root["search"]["mode"] = EDGE_ROOT_AXIS.mode(tip);
+        // The casting is beside it.
+        root["feeds"]["removal_rate"] = json!({ "target_cm3_min": 60.0, "min_mm_min": 200.0 });
+        steep_ends(root)
     }
 
     /// Returns the finish of this side's half of an edge.
@@ -306,6 +408,12 @@ fn with_ends(mut operation: Value, radius: f64, angle_deg: f64, straight: f64) -
         });
     }
     operation
+}
+
+/// Returns an operation with short, steep arcs at both ends of passes: about the edge's root, flat
+/// ones meet the blade or the hub. They begin above the casting, too.
+fn steep_ends(operation: Value) -> Value {
+    with_ends(operation, 18.0, 85.0, 0.0)
 }
 
 /// Returns a bull nose mill that reaches the root.

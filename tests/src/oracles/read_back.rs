@@ -65,7 +65,10 @@ fn vector(v: &Value) -> Vector3<f64> {
 }
 
 /// A pose of a job file; identity where it is missing.
-fn pose(file: &Value) -> Isometry3<f64> {
+///
+/// # Panics
+/// When a number is missing.
+pub fn pose(file: &Value) -> Isometry3<f64> {
     let part = |key: &str| file.get(key).map(vector);
     let angle = file.get("rotation_deg").map_or(0.0, number).to_radians();
     let axis = Unit::new_normalize(part("rotation_axis").unwrap_or_else(Vector3::z));
@@ -88,10 +91,18 @@ impl ReadBack {
     pub fn of(job: &JobFolder, setup: usize) -> Self {
         let (file, tool) = (job.json("job.json"), job.json("tool.json"));
         let file = &file["setups"][setup];
-        let (bodies, gauge) = bodies(&tool);
+        Self { grounds: grounds(job, setup, file), ..Self::without_obstacles(file, &tool) }
+    }
+
+    /// Of a setup of a job file with a tool file, with nothing that must not be cut.
+    ///
+    /// # Panics
+    /// When the sections of the tool do not add up to its gauge length, or numbers are missing.
+    pub fn without_obstacles(setup: &Value, tool: &Value) -> Self {
+        let (bodies, gauge) = bodies(tool);
         assert!((gauge - number(&tool["gauge_length_mm"])).abs() < 1e-9, "sections of {gauge} mm");
         Self {
-            grounds: grounds(job, setup, file),
+            grounds: Vec::new(),
             cutter: RoundedCylinder {
                 radius: number(&tool["radius_mm"]),
                 corner: number(&tool["corner_radius_mm"]),
@@ -99,9 +110,9 @@ impl ReadBack {
             },
             bodies,
             pivot_length: PIVOT_TO_FACE + gauge,
-            table_from_work: pose(&file["table_from_work"]),
-            work_offset: ["X", "Y", "Z"].map(|a| file["work_offset"]["linear_mm"].get(a).map_or(0.0, number)),
-            rapid_clearance: file.get("rapid_clearance_mm").map_or(5.0, number),
+            table_from_work: pose(&setup["table_from_work"]),
+            work_offset: ["X", "Y", "Z"].map(|a| setup["work_offset"]["linear_mm"].get(a).map_or(0.0, number)),
+            rapid_clearance: setup.get("rapid_clearance_mm").map_or(5.0, number),
         }
     }
 
