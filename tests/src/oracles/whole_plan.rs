@@ -107,10 +107,10 @@ fn setup_and_tool<'a>(job: &'a Value, folder: &Path, name: &str, text: &str) -> 
     let setup = setups.iter().find(is_of).unwrap_or_else(|| panic!("{name}: no such setup"));
     let change = text.lines().find(|line| line.ends_with(" M6")).expect("a tool change");
     let called = change.split(' ').find_map(|word| word.strip_prefix('T')).expect("a T word");
+    let called: u64 = called.parse().unwrap_or_else(|e| panic!("{change}: {e}"));
     let tools = job["tools"].as_object().expect("tools").values();
     let mut files = tools.map(|file| json(&folder.join(file.as_str().expect("a file"))));
-    let tool =
-        files.find(|tool| tool["number"].to_string() == called).unwrap_or_else(|| panic!("{change}: no such tool"));
+    let tool = files.find(|tool| tool["number"] == called).unwrap_or_else(|| panic!("{change}: no such tool"));
     (setup, ReadBack::without_obstacles(setup, &tool))
 }
 
