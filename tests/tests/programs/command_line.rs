@@ -65,8 +65,6 @@ fn crowded() -> JobFolder {
             ("/operations/0/search/mode", json!("smallest")),
             ("/verification/cut_stock", json!(false)),
             ("/operations/0/pattern", Value::Null),
-            // More rounds put passes in beside trimmed ones, where the cusp cannot be kept.
-            ("/operations/0/path/strategy/width_rounds", json!(1)),
             ("/operations/0/path/strategy/strategy/cylindrical_sections/from_radius_mm", json!(80.0)),
             ("/operations/0/path/strategy/strategy/cylindrical_sections/to_radius_mm", json!(100.0)),
         ],
