@@ -16,11 +16,11 @@ const FACE_TO: f64 = 0.998;
 
 /// Radii between which the ball nose mill cuts the edges, each half from its side, over that of the
 /// tip.
-const EDGES: [f64; 2] = [0.345, 0.998];
+const EDGES: [f64; 2] = [0.435, 0.998];
 
 /// Radii between which it cuts both halves of an edge at once, from the root on, over that of the
 /// tip.
-const EDGE_ROOT: [f64; 2] = [0.222, 0.35];
+const EDGE_ROOT: [f64; 2] = [0.222, 0.44];
 
 /// Radii between which the ball nose mill cuts the strip of a side beside the fillet, over that of
 /// the tip.
