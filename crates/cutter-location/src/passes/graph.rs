@@ -180,11 +180,7 @@ impl<'g, 's, 'a> PassGraph<'g, 's, 'a> {
         let point = self.layers[layer].point;
         let (cc, strip) = (&self.pass.task.pass.points[point], self.pass.strip(point));
         let Some(posture) = self.posture(layer, index) else { return Vec::new() };
-        let cusp_rate = if usize::from(index) < self.pass.lattice.postures.len() {
-            self.pass.cusps.rate(usize::from(index), &strip)
-        } else {
-            self.pass.cusp_scale().rate(posture, &strip)
-        };
+        let cusp_rate = self.pass.cusp_scale().rate(posture, &strip);
         let axis = seen_from(cc, &cc.tool_axis(posture));
         let machine = self.pass.test.cell.machine;
         let configurations = self.pass.test.lifted_configurations(cc, posture);

@@ -1,10 +1,8 @@
 use facemill_cl_data::{Cancelled, CcPoint, Monitor, Pass, Posture};
 use rayon::prelude::*;
 
-use crate::cusp::cut_point::Strip;
-use crate::passes::cost::{CuspScale, CuspTable};
 use crate::passes::smooth_pass::SmoothPass;
-use crate::passes::task::{Outcome, PassSettings, PassTask, PlannedPass, PostureMode, SmoothSettings};
+use crate::passes::task::{Outcome, PassSettings, PassTask, PlannedPass, PostureMode};
 use crate::pose::pose_test::PoseTest;
 use crate::pose::workcell::{Hints, Infeasible};
 use crate::search;
@@ -40,7 +38,7 @@ pub fn plan_passes(
     monitor: &dyn Monitor,
 ) -> Result<Vec<PlannedPass>, Cancelled> {
     let grounds = match &settings.mode {
-        PostureMode::Smooth(smooth) => Grounds::of(test, tasks, smooth),
+        PostureMode::Smooth(_) => Grounds::of(tasks),
         _ => Vec::new(),
     };
     tasks
@@ -49,8 +47,8 @@ pub fn plan_passes(
             PostureMode::Smallest => smallest(test, task, settings, monitor),
             PostureMode::Smooth(smooth) => {
                 let own = grounds.iter().find(|g| g.serves(&task.curve));
-                let Some(Grounds { lattice, fine, cusps, .. }) = own else { return Ok(PlannedPass::empty()) };
-                SmoothPass { test, task, settings, smooth, lattice, fine, cusps }.plan(monitor)
+                let Some(Grounds { lattice, fine, .. }) = own else { return Ok(PlannedPass::empty()) };
+                SmoothPass { test, task, settings, smooth, lattice, fine }.plan(monitor)
             }
             PostureMode::Fixed(amount) => {
                 let turn = if task.curve.end().rotate < 0.0 { -1.0 } else { 1.0 };
@@ -70,21 +68,16 @@ struct Grounds {
     curve: SearchCurve,
     lattice: Lattice,
     fine: Lattice,
-    cusps: CuspTable,
 }
 
 impl Grounds {
     /// One for every search range among the tasks that have points.
-    fn of(test: &PoseTest<'_>, tasks: &[PassTask], smooth: &SmoothSettings) -> Vec<Self> {
-        let known = tasks.iter().flat_map(|t| t.strips.iter().flatten().copied());
-        let strips: Vec<Strip> = known.chain([smooth.strip]).collect();
-        let scale = CuspScale { cutter: *test.cell.tool.cutter(), allowed: smooth.cusp };
+    fn of(tasks: &[PassTask]) -> Vec<Self> {
         let mut all: Vec<Self> = Vec::new();
         for task in tasks.iter().filter(|t| !t.pass.points.is_empty()) {
             if !all.iter().any(|g| g.serves(&task.curve)) {
-                let lattice = Lattice::new(&task.curve);
-                let cusps = CuspTable::new(&scale, &lattice.postures, &strips);
-                all.push(Self { curve: task.curve, lattice, fine: Lattice::fine(&task.curve), cusps });
+                let (lattice, fine) = (Lattice::new(&task.curve), Lattice::fine(&task.curve));
+                all.push(Self { curve: task.curve, lattice, fine });
             }
         }
         all

@@ -6,7 +6,7 @@ use facemill_inverse_kinematics::Machine;
 use nalgebra::Vector3;
 
 use crate::cusp::cut_point::Strip;
-use crate::passes::cost::{CuspScale, CuspTable, MotionScale, Scaled};
+use crate::passes::cost::{CuspScale, MotionScale, Scaled};
 use crate::passes::graph::{Chosen, ChosenNode, PassGraph};
 use crate::passes::smooth_band::Band;
 use crate::passes::task::{Optimum, Outcome, PassSettings, PassTask, PlannedPass, SmoothSettings};
@@ -23,7 +23,6 @@ pub(crate) struct SmoothPass<'s, 'a> {
     pub(crate) lattice: &'s Lattice,
     /// Lattice for points where the coarse lattice and the search find nothing.
     pub(crate) fine: &'s Lattice,
-    pub(crate) cusps: &'s CuspTable,
 }
 
 /// A posture at a CC point that the machine can take.
@@ -89,8 +88,12 @@ impl SmoothPass<'_, '_> {
         CuspScale { cutter: *self.test.cell.tool.cutter(), allowed: self.smooth.cusp }
     }
 
+    /// Returns the strip that decides on the cusps at a point, at most as wide as where none is
+    /// known: of a wider gap, each pass cuts its side.
     pub(crate) fn strip(&self, point: usize) -> Strip {
-        self.task.strips.get(point).copied().flatten().unwrap_or(self.smooth.strip)
+        let widest = self.smooth.strip;
+        let narrower = |s: Strip| Strip { step_over: s.step_over.min(widest.step_over), ..s };
+        self.task.strips.get(point).copied().flatten().map_or(widest, narrower)
     }
 
     /// Returns a posture with rotate to the pass's side.

@@ -1,6 +1,7 @@
 //! Postures along a pass: the cheapest sequence, prescribed ones.
 
 use facemill_cl_data::{CcPoint, Pass, Posture, Silent};
+use facemill_cutter_location::cusp::cut_point::Strip;
 use facemill_cutter_location::{
     AxisTarget, Configuration, Hints, Infeasible, Outcome, PassSettings, PassTask, PlannedPass, PoseTest, PostureMode,
     SearchCurve, SearchOrder, SearchSettings, SmoothSettings, Workcell, plan_passes, search,
@@ -8,7 +9,7 @@ use facemill_cutter_location::{
 use facemill_interference::MeshTree;
 use facemill_inverse_kinematics::{AxisKind, AxisValues};
 use facemill_sample_parts::{PatchSpec, patch};
-use facemill_tool_model::cl_from_cc;
+use facemill_tool_model::{Cusp, FeedCurvature, Outline, cl_from_cc, cusp_height_between};
 use nalgebra::{Point3, Unit, Vector3};
 
 use crate::kit::{Ball, Random, cc_on_patch, cc_on_plane, curve_deg, machine, obstacle, plane, stand, tool, workcell};
@@ -278,11 +279,46 @@ fn one_pass_on_a_plane(curve: SearchCurve) -> PassTask {
 }
 
 fn on_a_plane(mode: PostureMode, curve: SearchCurve) -> Vec<Outcome> {
+    planned_on_a_plane(mode, one_pass_on_a_plane(curve))
+}
+
+fn planned_on_a_plane(mode: PostureMode, task: PassTask) -> Vec<Outcome> {
     let tree = MeshTree::new(&plane(400.0));
     let (machine, tool) = (machine(), tool(16.0, 2.0, 12.0));
     let cell = workcell(&machine, &tool, vec![obstacle("part", &tree)]);
-    let task = one_pass_on_a_plane(curve);
     plan_passes(&PoseTest::new(&cell), &[task], &settings(mode, 0.01), &Silent).unwrap().remove(0).outcomes.points
+}
+
+#[test]
+fn on_twisted_surfaces_rotates_of_either_sign_are_those_of_the_lowest_cusps() {
+    let curve = curve_deg([3.0, 0.0], [12.0, -80.0], SearchOrder::TiltFirst, 1.0);
+    let mut helps = 0;
+    for (curve, twist) in [curve, curve.mirrored()].into_iter().flat_map(|c| [(c, 4e-3), (c, -4e-3)]) {
+        let strip = Strip { step_over: 8.0, curvature: FeedCurvature { along: 0.0, twist, across: 3e-4 } };
+        let mut task = one_pass_on_a_plane(curve);
+        task.strips = vec![Some(strip); task.pass.points.len()];
+        let height = |tilt: f64, rotate: f64| {
+            let outline = Outline::new(tool(16.0, 2.0, 12.0).cutter(), Posture { tilt, rotate });
+            match cusp_height_between(&outline, &outline, strip.step_over, &strip.curvature) {
+                Cusp::Height(height) => height,
+                Cusp::Uncut => f64::INFINITY,
+            }
+        };
+        let (from, to) = (curve.start(), curve.end());
+        let lowest = (0..=80)
+            .map(|k| height(from.tilt, from.rotate + (to.rotate - from.rotate) * f64::from(k) / 80.0))
+            .fold(f64::INFINITY, f64::min);
+        // The lattice has few rotates.
+        let straight = height(from.tilt, 0.0);
+        let most = if straight > 1.5 * lowest { 0.8 * straight } else { 1.02 * straight };
+        helps += usize::from(most < straight);
+        for outcome in planned_on_a_plane(PostureMode::Smooth(SMOOTH), task) {
+            let posture = outcome.expect("a plane is free").posture;
+            let left = height(posture.tilt, posture.rotate);
+            assert!(left < most, "{twist} {posture:?}: {left}, straight {straight}, lowest {lowest}");
+        }
+    }
+    assert_eq!(helps, 2, "one sign of twist for each curve");
 }
 
 #[test]
