@@ -65,6 +65,9 @@ pub(crate) struct Interposer<'i, 'a> {
     pub(crate) gaps: LeftGaps,
     /// Places where a text with these passes has left more than that.
     pub(crate) high: Option<&'i HighPlaces>,
+    /// Whether texts are measured, which decides between passes as they were laid, instead of
+    /// expected ridges.
+    pub(crate) by_text: bool,
     /// Step-over below which no pass is inserted, mm.
     pub(crate) least_step: f64,
     /// Length up to which shorter passes are extended if their neighbours continue, mm.
@@ -325,15 +328,20 @@ impl<'a> Interposer<'_, 'a> {
 
     /// Returns what a point and the pass beside it leave between them: the expected ridge, or what
     /// is measured there if it is more. A strip that has become much narrower since leaves less.
+    /// Where texts are measured and none has left too much there, the permitted cusp is the most.
     fn left_toward(&self, cutter: &Cutter, own: &CutPoint, beside: &Neighbour) -> Cusp {
         if self.gaps.is_between(0, own, beside) {
             return Cusp::Height(0.0);
         }
-        match (Ridge::toward(cutter, own, beside).cusp, self.high) {
-            (Cusp::Height(height), Some(high)) if height > EXPECTED * self.cusp => {
-                Cusp::Height(high.in_strip(own, beside).map_or(height, |measured| height.max(measured)))
-            }
-            (cusp, _) => cusp,
+        let expected = Ridge::toward(cutter, own, beside).cusp;
+        if !self.by_text || matches!(expected, Cusp::Height(height) if height <= EXPECTED * self.cusp) {
+            return expected;
+        }
+        match (expected, self.high.and_then(|high| high.in_strip(own, beside))) {
+            (Cusp::Height(height), Some(measured)) => Cusp::Height(height.max(measured)),
+            (Cusp::Height(height), None) => Cusp::Height(height.min(self.cusp)),
+            (Cusp::Uncut, Some(_)) => Cusp::Uncut,
+            (Cusp::Uncut, None) => Cusp::Height(self.cusp),
         }
     }
 

@@ -178,6 +178,7 @@ pub(crate) fn interposer<'d, 'a>(
         cusp: operation.tolerances.cusp_mm,
         gaps: LeftGaps::of(context.scene.setup, operation),
         high: None,
+        by_text: may_be_corrected(operation),
         least_step: LEAST_STEP * operation.tolerances.max_step_over_mm,
         least_length: strategy.min_pass_length_mm,
     }

@@ -35,15 +35,24 @@ const REACH: f64 = 0.75;
 /// step-overs: half of the strip that its pass would have cut.
 const BESIDE_WITHOUT: f64 = 0.5;
 
-/// Share of the points that may lose their posture from the first round to a better one.
-const MORE_WITHOUT: f64 = 1e-3;
+/// Share of the area that a better round may leave above the cusp, in addition to the first one,
+/// where no pass reaches.
+const MORE_OUT_OF_REACH: f64 = 1e-3;
 
 /// A round: moves, what their text leaves, and the figures of each operation.
 struct Round<M> {
     moves: M,
     /// Places of each operation's region.
     left: Vec<Vec<LeftPlace>>,
-    reports: Vec<WidthRoundReport>,
+    figures: Vec<RoundFigures>,
+}
+
+/// Figures of an operation in a round.
+#[derive(Clone, Debug)]
+struct RoundFigures {
+    report: WidthRoundReport,
+    /// Share of the area of the region that is left above the permitted cusp where no pass reaches.
+    out_of_reach: f64,
 }
 
 /// Corrections of an operation, collected over rounds.
@@ -76,14 +85,14 @@ pub(crate) fn best_round<'a, H: Heads<'a, N>, const N: usize>(
     let allowance = heads.scenes()[0].setup.drive_allowance;
     let mut corrected = vec![Corrected::default(); files.len()];
     let mut last = measured(heads, moves, stages, clock)?;
-    let mut reports = vec![last.reports.clone()];
+    let mut rounds = vec![last.figures.clone()];
     let (mut best, mut best_index) = (None, 0);
     for number in 1..=n_rounds {
         let mut is_again = false;
         corrected.iter_mut().for_each(|c| c.is_laid_anew = false);
         for (k, operation) in files.iter().enumerate() {
-            if rounds_of(operation) >= number && !is_within(&last.reports[k], operation) {
-                corrected[k].add(operation, (&last.left[k], &last.reports[k]), (allowance, number));
+            if rounds_of(operation) >= number && !is_within(&last.figures[k].report, operation) {
+                corrected[k].add(operation, (&last.left[k], &last.figures[k].report), (allowance, number));
                 is_again = true;
             }
         }
@@ -98,9 +107,9 @@ pub(crate) fn best_round<'a, H: Heads<'a, N>, const N: usize>(
             Err(why) => return Err(why),
         };
         let round = measured(heads, moves, stages, clock)?;
-        reports.push(round.reports.clone());
+        rounds.push(round.figures.clone());
         let before = best.as_ref().unwrap_or(&last);
-        if is_better(&files, &reports[0], &round.reports, &before.reports) {
+        if is_better(&files, &rounds[0], &round.figures, &before.figures) {
             (best, best_index) = (None, number as usize);
         } else if best.is_none() {
             best = Some(last);
@@ -110,7 +119,7 @@ pub(crate) fn best_round<'a, H: Heads<'a, N>, const N: usize>(
     let mut moves = best.unwrap_or(last).moves;
     let operations = H::operations_mut(&mut moves);
     for (k, operation) in operations.iter_mut().enumerate().filter(|(_, o)| rounds_of(o.operation) > 0) {
-        operation.width_rounds = reports.iter().map(|round| round[k].clone()).collect();
+        operation.width_rounds = rounds.iter().map(|round| round[k].report.clone()).collect();
         operation.width_rounds[best_index].is_cut = true;
     }
     Ok((moves, picture))
@@ -183,27 +192,20 @@ fn is_within(round: &WidthRoundReport, operation: &OperationFile) -> bool {
     round.largest_mm <= operation.tolerances.cusp_mm
 }
 
-/// Returns whether a round is better than another one: it loses no points, leaves no more than the
+/// Returns whether a round is better than another one: it reaches as much, leaves no more than the
 /// cusps, leaves it on a smaller part, or takes less time.
-fn is_better(
-    files: &[&OperationFile],
-    first: &[WidthRoundReport],
-    round: &[WidthRoundReport],
-    other: &[WidthRoundReport],
-) -> bool {
-    let keeps = |round: &[WidthRoundReport]| {
-        let has_points = files.iter().zip(first.iter().zip(round)).all(|(o, (first, r))| {
-            let n_points = r.length_mm / o.tolerances.max_step_mm;
-            r.points_without_posture <= first.points_without_posture + (MORE_WITHOUT * n_points) as usize
-        });
-        let is_within = files.iter().zip(round).all(|(o, r)| rounds_of(o) == 0 || is_within(r, o));
-        (has_points, is_within)
+fn is_better(files: &[&OperationFile], first: &[RoundFigures], round: &[RoundFigures], other: &[RoundFigures]) -> bool {
+    let keeps = |round: &[RoundFigures]| {
+        let reaches =
+            first.iter().zip(round).all(|(first, r)| r.out_of_reach <= first.out_of_reach + MORE_OUT_OF_REACH);
+        let is_within = files.iter().zip(round).all(|(o, r)| rounds_of(o) == 0 || is_within(&r.report, o));
+        (reaches, is_within)
     };
-    let above = |round: &[WidthRoundReport]| {
-        let sum = |of: fn(&WidthRoundReport) -> f64| round.iter().fold(0.0, |sum, r| sum + of(r));
+    let above = |round: &[RoundFigures]| {
+        let sum = |of: fn(&WidthRoundReport) -> f64| round.iter().fold(0.0, |sum, r| sum + of(&r.report));
         (sum(|r| r.above_fraction), sum(|r| r.largest_mm))
     };
-    let time = |round: &[WidthRoundReport]| round.iter().map(|r| r.time_s).sum::<f64>();
+    let time = |round: &[RoundFigures]| round.iter().map(|r| r.report.time_s).sum::<f64>();
     match (keeps(round), keeps(other)) {
         (own, other) if own != other => own > other,
         ((_, true), _) => time(round) < time(other),
@@ -226,12 +228,17 @@ fn measured<'a, H: Heads<'a, N>, const N: usize>(
     let of = |o: &PlannedOperation<'_>| names.iter().position(|name| *name == o.operation.name);
     let of = |o: &PlannedOperation<'_>| {
         let reach = BESIDE_WITHOUT * o.operation.tolerances.max_step_over_mm;
-        of(o).map_or_else(Vec::new, |k| within_reach(&by_setup[k], &o.laid.without_posture, reach))
+        let all = of(o).map_or(&[] as &[LeftPlace], |k| &by_setup[k]);
+        let left = within_reach(all, &o.laid.without_posture, reach);
+        let figures = RoundFigures {
+            report: round_report(o, &left),
+            out_of_reach: (area_above(all, o) - area_above(&left, o)) / area_of(all),
+        };
+        (left, figures)
     };
-    let left: Vec<Vec<LeftPlace>> = operations.iter().map(of).collect();
-    let reports = operations.iter().zip(&left).map(|(operation, left)| round_report(operation, left)).collect();
+    let (left, figures) = operations.iter().map(of).unzip();
     clock.lap("rounds of widths");
-    Ok(Round { moves, left, reports })
+    Ok(Round { moves, left, figures })
 }
 
 /// Returns the places of an operation's region that further passes may lower: not those that no cut
@@ -244,17 +251,25 @@ fn within_reach(left: &[LeftPlace], without_posture: &[Point3<f64>], reach: f64)
     left.iter().filter(|place| place.is_cut && !is_beside(place)).copied().collect()
 }
 
-fn round_report(operation: &PlannedOperation<'_>, left: &[LeftPlace]) -> WidthRoundReport {
+/// Returns the area of places that are left above an operation's permitted cusp, mm².
+fn area_above(left: &[LeftPlace], operation: &PlannedOperation<'_>) -> f64 {
     let cusp = operation.operation.tolerances.cusp_mm;
-    let area = |places: &mut dyn Iterator<Item = &LeftPlace>| places.fold(0.0, |sum, place| sum + place.weight);
+    left.iter().filter(|place| place.height > cusp).fold(0.0, |sum, place| sum + place.weight)
+}
+
+/// Returns the area of places, mm², above 0.
+fn area_of(left: &[LeftPlace]) -> f64 {
+    left.iter().fold(0.0, |sum, place| sum + place.weight).max(f64::MIN_POSITIVE)
+}
+
+fn round_report(operation: &PlannedOperation<'_>, left: &[LeftPlace]) -> WidthRoundReport {
     WidthRoundReport {
         passes: operation.laid.passes,
         passes_added: operation.extra.moved + operation.extra.between + operation.extra.over,
         length_mm: operation.laid.length,
         time_s: operation.laid.time,
         largest_mm: left.iter().map(|place| place.height).fold(0.0, f64::max),
-        above_fraction: area(&mut left.iter().filter(|place| place.height > cusp))
-            / area(&mut left.iter()).max(f64::MIN_POSITIVE),
+        above_fraction: area_above(left, operation) / area_of(left),
         points_without_posture: operation.laid.without_posture.len(),
         is_cut: false,
     }

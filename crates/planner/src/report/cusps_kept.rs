@@ -44,6 +44,7 @@ pub(crate) fn cusps_kept(planned: &PlannedOperation<'_>) -> CuspsKeptReport {
         moved_passes: extra.moved,
         passes_between: extra.between + extra.over,
         points_beyond: reasons.iter().map(|r| r.points).sum(),
+        kept_by_text: false,
         reasons,
         width_rounds: planned.width_rounds.clone(),
     }

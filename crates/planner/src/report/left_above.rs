@@ -16,7 +16,7 @@ use facemill_surface_model::Surface;
 use facemill_tool_path::segments::PassSegment;
 use nalgebra::Point3;
 
-use crate::passes::operation::PlannedOperation;
+use crate::passes::operation::{PlannedOperation, may_be_corrected};
 
 /// Largest number of parts that are listed.
 const LISTED: usize = 16;
@@ -65,16 +65,17 @@ pub(crate) fn left_above(job: &Job, setup: &Setup<'_>, planned: &PlannedOperatio
 }
 
 /// Clears the excess of a predicted cusp where the written text is measured to leave no more than
-/// the permitted one on a region that is limited to what is left. Passes beside its islands have
-/// neighbours across surface that is not to be cut, and the prediction takes strips between them
-/// for full of stock.
+/// the permitted one: where rounds of widths have put passes in by this measure, and on a region
+/// that is limited to what is left. Passes beside its islands have neighbours across surface that
+/// is not to be cut, and the prediction takes strips between them for full of stock.
 pub(crate) fn settle_by_measurement(report: &mut Report, operations: &[PlannedOperation<'_>]) {
     let is_measured = |name: &str| {
         let operation = operations.iter().map(|o| o.operation).find(|o| o.name == name);
         let of_region = report.remaining.iter().flat_map(|r| &r.operations).find(|r| r.operation == name);
         let largest = of_region.and_then(|r| r.largest);
         operation.zip(largest).is_some_and(|(operation, largest)| {
-            operation.region().left_above.is_some() && largest.height_mm <= operation.tolerances.cusp_mm
+            (operation.region().left_above.is_some() || may_be_corrected(operation))
+                && largest.height_mm <= operation.tolerances.cusp_mm
         })
     };
     // Strips that places of the measurement may miss keep their prediction.
@@ -84,9 +85,11 @@ pub(crate) fn settle_by_measurement(report: &mut Report, operations: &[PlannedOp
     };
     let is_wide =
         |c: &CuspsKeptReport| c.reasons.iter().all(|r| r.step_over_mm >= STRIP_PER_SPACING * spacing(&c.operation));
-    let settled = |c: &CuspsKeptReport| is_wide(c) && is_measured(&c.operation);
-    let is_beyond = report.cusps.iter().any(|c| c.points_beyond > 0 && !settled(c));
-    report.worst.cusp_exceeded &= is_beyond;
+    let kept: Vec<bool> = report.cusps.iter().map(|c| is_wide(c) && is_measured(&c.operation)).collect();
+    for (cusps, kept) in report.cusps.iter_mut().zip(kept) {
+        cusps.kept_by_text = kept;
+    }
+    report.worst.cusp_exceeded &= report.cusps.iter().any(|c| c.points_beyond > 0 && !c.kept_by_text);
 }
 
 /// Refuses to write a program without any pass.

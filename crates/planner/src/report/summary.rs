@@ -148,11 +148,12 @@ fn cusps_kept(cusps: &CuspsKeptReport) -> Vec<String> {
     if between + moved > 0 {
         lines.push(format!("  passes added      {between} for the cusp, {moved} beside trimmed ones"));
     }
+    let kept = if cusps.kept_by_text { "cusp kept by the text" } else { "cusp not kept" };
     lines.extend(cusps.reasons.iter().take(3).map(|r| {
         let [x, y, z] = r.place_mm;
         let ridge = r.cusp_mm.map_or_else(|| "an uncut strip".to_owned(), |h| format!("predicted up to {h:.3} mm"));
         format!(
-            "    cusp not kept: {} points, {ridge}, step-over {:.1} mm at ({x:.1}, {y:.1}, {z:.1}): {}",
+            "    {kept}: {} points, {ridge}, step-over {:.1} mm at ({x:.1}, {y:.1}, {z:.1}): {}",
             r.points, r.step_over_mm, r.reason
         )
     }));

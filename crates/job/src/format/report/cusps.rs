@@ -16,9 +16,12 @@ pub struct CuspsKeptReport {
     /// in one place of the pattern; of pairs in the place with most.
     pub passes_between: usize,
     /// Points with a higher ridge than permitted toward a pass cut before, or with a strip that
-    /// stays uncut. With any the exit code is 1, unless the region is limited to what is left and
-    /// is measured to keep the cusp.
+    /// stays uncut. With any the exit code is 1, unless the text is measured to keep the cusp.
     pub points_beyond: usize,
+    /// Whether the text is measured to leave at most `cusp_mm` on all of the region, so that ridges
+    /// predicted to be higher do not count: with rounds of widths, and where the region is limited
+    /// to what is left.
+    pub kept_by_text: bool,
     /// Reasons why no pass was inserted there.
     pub reasons: Vec<CuspReasonReport>,
     /// Rounds of laying, each with narrower strips where the one before left more than `cusp_mm`
