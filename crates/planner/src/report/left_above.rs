@@ -9,20 +9,16 @@ use facemill_cutter_location::cusp::expected_strip_width;
 use facemill_job::failure::Failure;
 use facemill_job::format::job_file::PathFile;
 use facemill_job::format::report::left_above::{LeftAboveReport, NotReachedReport};
-use facemill_job::format::report::{CuspsKeptReport, Report};
 use facemill_job::load::job::{Job, Setup};
 use facemill_job::setup::pass_surface::{extended_region, surface_of};
 use facemill_surface_model::Surface;
 use facemill_tool_path::segments::PassSegment;
 use nalgebra::Point3;
 
-use crate::passes::operation::{PlannedOperation, may_be_corrected};
+use crate::passes::operation::PlannedOperation;
 
 /// Largest number of parts that are listed.
 const LISTED: usize = 16;
-
-/// Least width of a strip whose measurement counts, as a multiple of the distance of its places.
-const STRIP_PER_SPACING: f64 = 2.0;
 
 /// Share by which half a strip may be exceeded: strips of passes laid with chords on facets.
 const SLACK: f64 = 0.02;
@@ -62,34 +58,6 @@ pub(crate) fn left_above(job: &Job, setup: &Setup<'_>, planned: &PlannedOperatio
         islands_not_reached: parts.len(),
         not_reached: listed.collect(),
     })
-}
-
-/// Clears the excess of a predicted cusp where the written text is measured to leave no more than
-/// the permitted one: where rounds of widths have put passes in by this measure, and on a region
-/// that is limited to what is left. Passes beside its islands have neighbours across surface that
-/// is not to be cut, and the prediction takes strips between them for full of stock.
-pub(crate) fn settle_by_measurement(report: &mut Report, operations: &[PlannedOperation<'_>]) {
-    let is_measured = |name: &str| {
-        let operation = operations.iter().map(|o| o.operation).find(|o| o.name == name);
-        let of_region = report.remaining.iter().flat_map(|r| &r.operations).find(|r| r.operation == name);
-        let largest = of_region.and_then(|r| r.largest);
-        operation.zip(largest).is_some_and(|(operation, largest)| {
-            (operation.region().left_above.is_some() || may_be_corrected(operation))
-                && largest.height_mm <= operation.tolerances.cusp_mm
-        })
-    };
-    // Strips that places of the measurement may miss keep their prediction.
-    let spacing = |name: &str| {
-        let of_region = report.remaining.iter().flat_map(|r| &r.operations).find(|r| r.operation == name);
-        of_region.map_or(f64::INFINITY, |r| r.spacing_mm)
-    };
-    let is_wide =
-        |c: &CuspsKeptReport| c.reasons.iter().all(|r| r.step_over_mm >= STRIP_PER_SPACING * spacing(&c.operation));
-    let kept: Vec<bool> = report.cusps.iter().map(|c| is_wide(c) && is_measured(&c.operation)).collect();
-    for (cusps, kept) in report.cusps.iter_mut().zip(kept) {
-        cusps.kept_by_text = kept;
-    }
-    report.worst.cusp_exceeded &= report.cusps.iter().any(|c| c.points_beyond > 0 && !c.kept_by_text);
 }
 
 /// Refuses to write a program without any pass.
