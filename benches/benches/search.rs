@@ -36,7 +36,7 @@ fn scene(c: &mut Criterion, scene: &Scene, passes: &[Vec<CcPoint>], tool: &ToolA
         .collect();
     let points: usize = passes.iter().map(Vec::len).sum();
     group.throughput(Throughput::Elements(points as u64));
-    let smooth = SmoothSettings { feed: 20.0, cusp: 0.1, strip: Strip::on_plane(step_over) };
+    let smooth = SmoothSettings { feed: 20.0, cusp: 0.1, strip: Strip::on_plane(step_over), widest: step_over };
     let one_core = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a thread");
     for (name, mode) in [("passes", PostureMode::Smallest), ("smooth passes", PostureMode::Smooth(smooth))] {
         let settings = PassSettings { search: settings, mode, max_turn_per_mm: 0.1f64.to_radians() };

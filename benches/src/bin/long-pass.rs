@@ -40,7 +40,7 @@ fn main() {
     // Every tenth point a layer.
     let settings = PassSettings {
         search: SearchSettings::default(),
-        mode: PostureMode::Smooth(SmoothSettings { feed: 20.0, cusp: 0.1, strip: Strip::on_plane(8.0) }),
+        mode: PostureMode::Smooth(SmoothSettings { feed: 20.0, cusp: 0.1, strip: Strip::on_plane(8.0), widest: 8.0 }),
         max_turn_per_mm: 0.1 * 2.0 / (2900.0 / points as f64) / 57.3,
     };
     let before = peak_memory();

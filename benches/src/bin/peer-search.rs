@@ -51,7 +51,7 @@ fn main() {
         |points: Vec<CcPoint>| PassTask { pass: Pass::new(points), curve, strips: Vec::new(), given: Vec::new() };
     let tasks: Vec<PassTask> = passes(family, mesh).into_iter().map(task).collect();
     let n: usize = tasks.iter().map(|t| t.pass.points.len()).sum();
-    let smooth = SmoothSettings { feed: 20.0, cusp: 0.1, strip: Strip::on_plane(STEP_OVER) };
+    let smooth = SmoothSettings { feed: 20.0, cusp: 0.1, strip: Strip::on_plane(STEP_OVER), widest: STEP_OVER };
     let settings =
         PassSettings { search: settings, mode: PostureMode::Smooth(smooth), max_turn_per_mm: 0.1f64.to_radians() };
     let one_core = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a thread");

@@ -88,12 +88,10 @@ impl SmoothPass<'_, '_> {
         CuspScale { cutter: *self.test.cell.tool.cutter(), allowed: self.smooth.cusp }
     }
 
-    /// Returns the strip that decides on the cusps at a point, at most as wide as where none is
-    /// known: of a wider gap, each pass cuts its side.
+    /// Returns the strip that decides on the cusps at a point.
     pub(crate) fn strip(&self, point: usize) -> Strip {
-        let widest = self.smooth.strip;
-        let narrower = |s: Strip| Strip { step_over: s.step_over.min(widest.step_over), ..s };
-        self.task.strips.get(point).copied().flatten().map_or(widest, narrower)
+        let strip = self.task.strips.get(point).copied().flatten().unwrap_or(self.smooth.strip);
+        Strip { step_over: strip.step_over.min(self.smooth.widest), ..strip }
     }
 
     /// Returns a posture with rotate to the pass's side.

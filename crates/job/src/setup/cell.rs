@@ -12,7 +12,9 @@ use facemill_z_map::{ZMap, ZMapSettings};
 use nalgebra::{Isometry3, Point3};
 
 use crate::failure::Failure;
-use crate::format::job_file::{AxisTargetFile, BranchFile, DirectionFile, OperationFile, OrderFile, PostureModeFile};
+use crate::format::job_file::{
+    AxisTargetFile, BranchFile, DirectionFile, OperationFile, OrderFile, PathFile, PostureModeFile,
+};
 use crate::frames::direction;
 use crate::load::job::{Job, Setup};
 use crate::load::obstacle_meshes::ObstacleRole;
@@ -148,6 +150,10 @@ pub fn pass_settings(operation: &OperationFile) -> PassSettings {
             feed: operation.feeds.cutting_mm_min / 60.0,
             cusp: tolerances.cusp_mm,
             strip: Strip::on_plane(tolerances.max_step_over_mm),
+            widest: match operation.path {
+                PathFile::Strategy(_) => tolerances.max_step_over_mm,
+                PathFile::File(_) | PathFile::Cl(_) => f64::INFINITY,
+            },
         }),
         PostureModeFile::Fixed(f) => {
             PostureMode::Fixed(Posture::from_lead_lean(f.lead_deg.to_radians(), f.lean_deg.to_radians()))

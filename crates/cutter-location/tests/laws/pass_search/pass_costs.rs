@@ -10,7 +10,8 @@ use facemill_tool_model::{Cusp, Outline, cusp_height_between};
 use nalgebra::Vector3;
 
 pub(crate) const STRIP: Strip = Strip::on_plane(6.0);
-pub(crate) const SMOOTH: SmoothSettings = SmoothSettings { feed: 20.0, cusp: 0.05, strip: STRIP };
+pub(crate) const SMOOTH: SmoothSettings =
+    SmoothSettings { feed: 20.0, cusp: 0.05, strip: STRIP, widest: STRIP.step_over };
 
 /// Cost of starting on the branch that is not preferred, of changing branch, and of each limit
 /// times the ratio, s.

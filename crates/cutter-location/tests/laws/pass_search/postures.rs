@@ -294,9 +294,13 @@ fn on_twisted_surfaces_rotates_of_either_sign_are_those_of_the_lowest_cusps() {
     let curve = curve_deg([3.0, 0.0], [12.0, -80.0], SearchOrder::TiltFirst, 1.0);
     let mut helps = 0;
     for (curve, twist) in [curve, curve.mirrored()].into_iter().flat_map(|c| [(c, 4e-3), (c, -4e-3)]) {
-        let strip = Strip { step_over: 8.0, curvature: FeedCurvature { along: 0.0, twist, across: 3e-4 } };
-        let mut task = one_pass_on_a_plane(curve);
-        task.strips = vec![Some(strip); task.pass.points.len()];
+        let strip =
+            Strip { step_over: SMOOTH.strip.step_over, curvature: FeedCurvature { along: 0.0, twist, across: 3e-4 } };
+        let planned = |strip: Strip| {
+            let mut task = one_pass_on_a_plane(curve);
+            task.strips = vec![Some(strip); task.pass.points.len()];
+            planned_on_a_plane(PostureMode::Smooth(SMOOTH), task)
+        };
         let height = |tilt: f64, rotate: f64| {
             let outline = Outline::new(tool(16.0, 2.0, 12.0).cutter(), Posture { tilt, rotate });
             match cusp_height_between(&outline, &outline, strip.step_over, &strip.curvature) {
@@ -312,7 +316,10 @@ fn on_twisted_surfaces_rotates_of_either_sign_are_those_of_the_lowest_cusps() {
         let straight = height(from.tilt, 0.0);
         let most = if straight > 1.5 * lowest { 0.8 * straight } else { 1.02 * straight };
         helps += usize::from(most < straight);
-        for outcome in planned_on_a_plane(PostureMode::Smooth(SMOOTH), task) {
+        let outcomes = planned(strip);
+        // A wider gap counts as the widest strip.
+        assert_eq!(planned(Strip { step_over: 100.0, ..strip }), outcomes);
+        for outcome in outcomes {
             let posture = outcome.expect("a plane is free").posture;
             let left = height(posture.tilt, posture.rotate);
             assert!(left < most, "{twist} {posture:?}: {left}, straight {straight}, lowest {lowest}");
