@@ -22,7 +22,7 @@ use crate::program::run_program::{CERTIFY_STAGES, VERIFY_STAGES};
 use crate::program::timing::control_assumption;
 use crate::program::width_rounds::best_round;
 use crate::report::chip_files::ChipFiles;
-use crate::report::cusps_kept::kept_by_text;
+use crate::report::cusps_kept::settle_cusps;
 use crate::report::efficiencies::efficiencies;
 use crate::report::left_above::{left_above, something_to_cut};
 use crate::report::pass_files::pass_files;
@@ -100,20 +100,12 @@ impl PlanRun<'_> {
         report.findings = merge_findings(report.findings, &rapid_lines(&program.read()?));
         // Also for a program that is not run: meeting the job and doing no harm are different
         // questions.
-        let (remaining, left) = program.remaining(stages)?.map(|r| (r.report, r.by_line)).unzip();
-        report.remaining = remaining;
-        if report.worst.cusp_exceeded
-            && let Some(measured) = &report.remaining
-        {
-            let by_operation = program.left_places(stages)?;
-            let names: Vec<&str> = job.operations_of(setup.file).map(|(_, o)| o.name.as_str()).collect();
-            let of = |name: &str| names.iter().position(|n| *n == name).map(|k| by_operation[k].clone());
-            let kept = kept_by_text(operations, measured, of);
-            for (cusps, kept) in report.cusps.iter_mut().zip(kept) {
-                cusps.kept_by_text = kept;
-            }
-            report.worst.cusp_exceeded = report.cusps.iter().any(|c| c.points_beyond > 0 && !c.kept_by_text);
+        let remaining = program.remaining(stages)?;
+        if let Some(remaining) = &remaining {
+            settle_cusps(&mut report, operations, remaining, setup.drive_allowance);
         }
+        let (remaining, left) = remaining.map(|r| (r.report, r.by_line)).unzip();
+        report.remaining = remaining;
         report.efficiency = efficiencies(&jobs, setup, operations)?;
         let of_heads = operations.iter().zip(&heads_of);
         report.left_above = of_heads.filter_map(|(o, &h)| left_above(scenes[h].job, scenes[h].setup, o)).collect();

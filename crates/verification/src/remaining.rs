@@ -79,6 +79,8 @@ pub struct Remaining {
     pub report: RemainingReport,
     /// Heights beside the blocks.
     pub by_line: LeftByLine,
+    /// Places that were measured, of each operation of the report.
+    pub places: Vec<Vec<LeftPlace>>,
 }
 
 /// Measures the material that a program leaves on the regions of a setup's operations; `None` if no
@@ -106,19 +108,20 @@ pub fn remaining(
     let sweeps = Sweeps::of((job, setup), program, heads)?;
     let up = setup.table_from_work.inverse_transform_vector(&Vector3::z());
     let regions = requested.iter().map(|r| r.region(job, setup)).collect::<Result<Vec<_>, _>>()?;
-    let (mut operations, mut by_line) = (Vec::new(), LeftByLine::default());
+    let (mut operations, mut places, mut by_line) = (Vec::new(), Vec::new(), LeftByLine::default());
     for (requested, region) in requested.iter().zip(&regions) {
-        let (measured, _) = measured((requested, region), (job, setup), &sweeps, stages)?;
+        let (measured, samples) = measured((requested, region), (job, setup), &sweeps, stages)?;
         let mut on_region = remaining_on_region(requested.operation, requested.limit, &measured, &up);
         if let Some(areas) = level_areas(setup, &sweeps, &on_region)? {
             count_level(&mut on_region, areas);
         }
         operations.push(on_region);
         by_line.add(&measured);
+        places.push(left_on(&samples, &measured));
     }
     let drive = remaining_on_drive(setup, (&requested, &regions), &sweeps)?;
     let report = RemainingReport { accuracy_mm: ACCURACY, drive, operations };
-    Ok(Some(Remaining { report, by_line }))
+    Ok(Some(Remaining { report, by_line, places }))
 }
 
 /// A place of an operation's region.
@@ -156,16 +159,21 @@ pub fn left_places(
         }
         let region = requested.region(job, setup)?;
         let (measured, samples) = measured((&requested, &region), (job, setup), &sweeps, stages)?;
-        let place = |(s, left): (&Sampled, &LeftHeight)| LeftPlace {
-            position: s.sample.position,
-            normal: s.sample.normal,
-            weight: s.sample.weight(),
-            height: left.height,
-            is_cut: left.cut_by.is_some() || s.was_cut || s.on.stock <= ACCURACY,
-        };
-        Ok(samples.iter().zip(&measured.left).map(place).collect())
+        Ok(left_on(&samples, &measured))
     };
     requested_regions(job, setup)?.into_iter().map(of_region).collect()
+}
+
+/// Returns the heights on samples as places.
+fn left_on(samples: &[Sampled], measured: &MaterialLeft) -> Vec<LeftPlace> {
+    let place = |(s, left): (&Sampled, &LeftHeight)| LeftPlace {
+        position: s.sample.position,
+        normal: s.sample.normal,
+        weight: s.sample.weight(),
+        height: left.height,
+        is_cut: left.cut_by.is_some() || s.was_cut || s.on.stock <= ACCURACY,
+    };
+    samples.iter().zip(&measured.left).map(place).collect()
 }
 
 /// Returns the regions of a setup's operations.

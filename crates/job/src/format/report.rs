@@ -314,8 +314,8 @@ pub struct Worst {
     /// Largest cusp predicted from the outlines of neighbouring passes; `remaining` has the
     /// material that the text leaves.
     pub cusp_mm: Option<f64>,
-    /// Whether that cusp, or a strip that stays uncut, exceeds an operation's `cusp_mm`; then
-    /// `plan` exits with 1.
+    /// Whether that cusp, or a strip that stays uncut, exceeds an operation's `cusp_mm`, and the
+    /// text is not measured to keep it (`cusps[].kept_by_text`); then `plan` exits with 1.
     pub cusp_exceeded: bool,
     /// Largest height of the material that the first pass of a root leaves in a corner without a
     /// fillet, by the angle between both surfaces.

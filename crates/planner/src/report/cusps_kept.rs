@@ -3,12 +3,12 @@
 
 use facemill_cl_data::Aabb;
 use facemill_job::format::job_file::{OperationFile, PathFile};
+use facemill_job::format::report::Report;
 use facemill_job::format::report::cusps::{CuspReasonReport, CuspsKeptReport};
-use facemill_job::format::report::remaining::RemainingReport;
 use facemill_job::frames::places;
 use facemill_surface_model::Tree;
 use facemill_tool_model::Cusp;
-use facemill_verification::remaining::LeftPlace;
+use facemill_verification::remaining::{LeftPlace, Remaining};
 use nalgebra::{Isometry3, Point3};
 
 use crate::passes::extra_passes::ExtraPasses;
@@ -76,33 +76,41 @@ fn points_beyond(planned: &PlannedOperation<'_>) -> Vec<PointBeyond> {
 /// Least width of a strip whose measurement counts, as a multiple of the distance of its places.
 const STRIP_PER_SPACING: f64 = 2.0;
 
-/// Returns for each operation whether the text keeps its cusp beside all points with higher
-/// predicted ridges: every place of its region within the step-over of such a point is measured to
-/// be at most as high. Strips that places of the measurement may miss keep their prediction.
-pub(crate) fn kept_by_text(
+/// Clears the excess of predicted cusps where the text is measured to leave no more than the
+/// permitted ones. `allowance` is the height of the passes above the drive surface, mm.
+pub(crate) fn settle_cusps(
+    report: &mut Report,
     operations: &[PlannedOperation<'_>],
-    remaining: &RemainingReport,
-    left: impl Fn(&str) -> Option<Vec<LeftPlace>>,
-) -> Vec<bool> {
-    let of = |planned: &PlannedOperation<'_>| {
-        let (beyond, cusp) = (points_beyond(planned), planned.operation.tolerances.cusp_mm);
-        let measured = remaining.operations.iter().find(|r| r.operation == planned.operation.name);
-        let Some((measured, left)) = measured.zip(left(&planned.operation.name)).filter(|_| !beyond.is_empty()) else {
-            return false;
-        };
-        let boxes: Vec<Aabb> = left.iter().map(|place| Aabb::of_points([&place.position])).collect();
-        let tree = Tree::build(&boxes);
-        beyond.iter().all(|point| {
-            let mut highest: Option<f64> = None;
-            let near = |b: &Aabb| b.distance_sq(&point.in_first) <= point.step_over * point.step_over;
-            tree.visit_boxes(near, |k| {
-                let height = left[k as usize].height;
-                highest = Some(highest.map_or(height, |h| h.max(height)));
-            });
-            point.step_over >= STRIP_PER_SPACING * measured.spacing_mm && highest.is_some_and(|h| h <= cusp)
-        })
+    remaining: &Remaining,
+    allowance: f64,
+) {
+    for (planned, cusps) in operations.iter().zip(&mut report.cusps).filter(|(_, cusps)| cusps.points_beyond > 0) {
+        let mut measured = remaining.report.operations.iter().zip(&remaining.places);
+        let own = measured.find(|(of_region, _)| of_region.operation == cusps.operation);
+        cusps.kept_by_text = own.is_some_and(|(of_region, left)| {
+            let least_strip = STRIP_PER_SPACING * of_region.spacing_mm;
+            is_kept(&points_beyond(planned), left, (least_strip, planned.operation.tolerances.cusp_mm, allowance))
+        });
+    }
+    report.worst.cusp_exceeded &= report.cusps.iter().any(|c| c.points_beyond > 0 && !c.kept_by_text);
+}
+
+/// Returns whether all places measured on the region, or all within the step-over of each of the
+/// points, are at most as high as the cusp. A point with a strip narrower than `least_strip`, which
+/// places may miss, keeps its prediction, as does one without a place beside it.
+fn is_kept(beyond: &[PointBeyond], left: &[LeftPlace], (least_strip, cusp, allowance): (f64, f64, f64)) -> bool {
+    let is_low = |place: &LeftPlace| place.height <= cusp;
+    let is_low_everywhere = !left.is_empty() && left.iter().all(is_low);
+    let on_pass = |place: &LeftPlace| place.position + place.normal.into_inner() * allowance;
+    let boxes: Vec<Aabb> = left.iter().map(|place| Aabb::of_points([&on_pass(place)])).collect();
+    let tree = Tree::build(&boxes);
+    let is_low_beside = |point: &PointBeyond| {
+        let (mut any, mut low) = (false, true);
+        let near = |b: &Aabb| b.distance_sq(&point.in_first) <= point.step_over * point.step_over;
+        tree.visit_boxes(near, |k| (any, low) = (true, low && is_low(&left[k as usize])));
+        any && low
     };
-    operations.iter().map(of).collect()
+    beyond.iter().all(|point| point.step_over >= least_strip && (is_low_everywhere || is_low_beside(point)))
 }
 
 /// Returns the reason why there is no pass between: the refusal nearest to the place within the
@@ -118,3 +126,7 @@ fn reason(operation: &OperationFile, extra: &ExtraPasses, place: &Point3<f64>, s
         None => "the postures there leave more, and no pass was inserted".to_owned(),
     }
 }
+
+#[cfg(test)]
+#[path = "../../tests/unit/report/cusps_kept.rs"]
+mod tests;

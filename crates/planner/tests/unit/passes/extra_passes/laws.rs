@@ -132,6 +132,8 @@ fn where_the_text_leaves_too_much_on_much_of_the_region_strips_are_laid_narrower
     let again = in_rounds(2, 0.0047);
     let rounds = &again.report.cusps[0].width_rounds;
     assert_eq!(rounds.len(), 3, "{rounds:?}");
+    // Expected ridges put passes in only where no text is measured.
+    assert!(in_rounds(0, 0.0047).report.cusps[0].passes_between > 0 && rounds[0].passes_added == 0, "{rounds:?}");
     assert!(rounds[0].above_fraction > 0.1 && rounds[1].passes > rounds[0].passes, "{rounds:?}");
     // Beyond the cusp, the round that leaves it on the least area is cut.
     let cut = rounds.iter().find(|r| r.is_cut).unwrap();
