@@ -42,7 +42,9 @@ use crate::format::made_from::InputFile;
 use crate::frames::{direction, pose};
 use crate::load::clearance_surface::clearance_surface;
 use crate::load::enclosure::check_enclosure;
-use crate::load::job::{ExtendedRegion, Job, NamedTools, SecondHead, Setup, SetupLevel, WrittenPrograms, standing};
+use crate::load::job::{
+    ExtendedRegion, Job, NamedTools, SecondHead, Setup, SetupLevel, WrittenPrograms, provable, standing,
+};
 use crate::load::job_files::JobFiles;
 use crate::load::job_source::{JOB_NAME, blamed, job_of_text, job_path, read_job_file};
 use crate::load::machine_load::read_machine_of;
@@ -261,11 +263,12 @@ impl Job {
             let home = home_words(&machine)?;
             post.on_machine(machine.motion_law(), home).map_err(|e| Failure::input(path, format!("post.{e}")))?
         };
-        Ok(Self {
+        let mut job = Self {
             path: path.to_owned(),
             file,
             tool,
             tools,
+            planned_machine: machine.clone(),
             machine,
             post,
             second,
@@ -273,7 +276,12 @@ impl Job {
             files,
             programs: WrittenPrograms::default(),
             meshes: SharedMeshes::default(),
-        })
+        };
+        // Views of a head have one of their own.
+        if job.second.is_none() {
+            job.planned_machine = provable(&job);
+        }
+        Ok(job)
     }
 }
 

@@ -16,6 +16,7 @@ use facemill_nc_program::read::ReadError;
 use facemill_nc_program::{Dialect, PostSettings, ReadProgram, WorkOffset};
 use facemill_surface_model::{RayHit, Surface};
 use facemill_tool_model::ToolAssembly;
+use facemill_virtual_machine::VerifySettings;
 use facemill_z_map::SweptCutter;
 use nalgebra::Isometry3;
 
@@ -44,6 +45,9 @@ pub struct Job {
     pub tools: NamedTools,
     /// Its machine; of a machine with two heads, the view of the first head.
     pub machine: Machine,
+    /// The machine that its postures are planned for: the head keeps more clearance, so that
+    /// certificates, which add the control's deviation, can prove them.
+    pub planned_machine: Machine,
     /// Its post.
     pub post: PostSettings,
     /// The second head of its machine, if it has one.
@@ -181,10 +185,9 @@ impl Job {
         let thicker = |body: PlacedSolid| PlacedSolid { solid: body.solid.dilated(apart), ..body };
         let other_tool: Vec<PlacedSolid> = other.whole().into_iter().map(thicker).collect();
         let straying = if apart > 0.0 { straying(machine, tool.gauge_length()) } else { 0.0 };
-        let machine = machine
-            .with_more_clearance(|body| if body.carrier() == Some(Carrier::Head) { straying } else { 0.0 })
-            .with_tool_in_other_head(&other_tool, other.gauge_length());
-        Self { file, tool: tool.clone(), machine, ..self.clone() }
+        let machine =
+            with_more_around_head(machine, straying).with_tool_in_other_head(&other_tool, other.gauge_length());
+        Self { file, tool: tool.clone(), planned_machine: machine.clone(), machine, ..self.clone() }
     }
 
     /// Returns the job as one of its setups sees it: with the tool of this setup. A view of the
@@ -439,9 +442,24 @@ pub(crate) fn standing(obstacle: &ObstacleMesh, margin: f64) -> Standing<'_> {
     Standing { mesh: &obstacle.mesh, tree: obstacle.tree(), allowance: obstacle.allowance + margin }
 }
 
+/// Returns the job's machine with more clearance around its head, so that a certificate can prove
+/// planned poses: it adds the control's deviation and that of the text from the path between two
+/// poses, and permits a slack.
+pub(crate) fn provable(job: &Job) -> Machine {
+    let longest = job.all_tools().map(ToolAssembly::gauge_length).fold(0.0, f64::max);
+    let linearisation = job.file.operations.iter().map(|o| o.tolerances.linearisation_mm).fold(0.0, f64::max);
+    let slack = VerifySettings::default().clearance_slack;
+    with_more_around_head(&job.machine, straying(&job.machine, longest) + linearisation - slack)
+}
+
+/// Returns the machine with more clearance around its head, mm; the same if `more` is not positive.
+fn with_more_around_head(machine: &Machine, more: f64) -> Machine {
+    machine.with_more_clearance(|body| if body.carrier() == Some(Carrier::Head) { more } else { 0.0 })
+}
+
 /// Returns the largest deviation of a head's bodies from their planned path, mm. A certificate
 /// includes the control's tolerance, so postures at exactly the clearance could not be proven.
-pub(crate) fn straying(machine: &Machine, gauge_length: f64) -> f64 {
+fn straying(machine: &Machine, gauge_length: f64) -> f64 {
     let home = machine.home();
     let tip = machine.cl_point(&home, gauge_length).tip;
     let farthest = |at: BodyPose<'_>| {
@@ -454,3 +472,7 @@ pub(crate) fn straying(machine: &Machine, gauge_length: f64) -> f64 {
     let tolerance = machine.motion_law().control_tolerance;
     tolerance.path + rotaries as f64 * tolerance.orientation * reach
 }
+
+#[cfg(test)]
+#[path = "../../tests/unit/load/job.rs"]
+mod tests;

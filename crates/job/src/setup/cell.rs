@@ -72,7 +72,7 @@ pub fn workcell<'a>(job: &'a Job, setup: &'a Setup<'_>, operation: &OperationFil
         .collect();
     let tolerances = &operation.tolerances;
     Workcell {
-        machine: &job.machine,
+        machine: &job.planned_machine,
         table_from_work: setup.table_from_work,
         tool: &job.tool,
         obstacles,
