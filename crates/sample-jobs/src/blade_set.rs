@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use facemill_blade_file::{BladeFile, EdgeEnd, ProfileBlade, ProfileSection, read_blade};
-use facemill_sample_parts::{BladeLoft, BladeSections, EdgeForm, Endwalls, HubSector, LoftedBlade};
+use facemill_sample_parts::{BladeLoft, BladeSections, EdgeForm, Endwalls, HubLine, HubSector, LoftedBlade};
 use facemill_surface_model::{Group, TriMesh};
 use nalgebra::{Point3, Unit};
 
@@ -39,30 +39,60 @@ impl SetBlade {
     }
 }
 
-/// Returns each blade of a description between its hub and shroud, `scale` times as large; with a
-/// sector of the hub around it if requested, which only a blade alone has. Every given point
+/// Returns each blade of a description between its hub and shroud, `scale` times as large; with the
+/// sector of the hub around each, up to the middle between blades, if requested. Every given point
 /// between the walls is a vertex.
 ///
 /// # Errors
 /// If the points describe no smooth blade, or there is no place for a hub.
 pub fn lofted_blades(file: &BladeFile, scale: f64, with_hub: bool) -> Result<Vec<SetBlade>, String> {
     let n = file.blades.len();
-    if with_hub && n > 1 {
-        return Err(format!("has {n} blades in a set, and a hub is made around a single one; leave the hub out"));
-    }
     let name = |k: usize| match (n, k) {
         (1, _) => String::new(),
         (_, 0) => "main".to_owned(),
         (2, _) => "splitter".to_owned(),
         _ => format!("splitter-{k}"),
     };
-    let one = |(k, blade): (usize, &ProfileBlade)| {
-        let name = name(k);
-        let lofted = loft(file, blade, scale, with_hub);
-        let lofted = lofted.map_err(|why| if name.is_empty() { why } else { format!("blade {k} ({name}): {why}") })?;
-        Ok(SetBlade { name, lofted })
+    let in_blade = |k: usize, why: String| match name(k) {
+        name if name.is_empty() => why,
+        name => format!("blade {k} ({name}): {why}"),
     };
-    file.blades.iter().enumerate().map(one).collect()
+    let loft = |(k, blade)| SmoothBlade::new(file, blade, scale).map_err(|why| in_blade(k, why));
+    let lofts: Vec<SmoothBlade> = file.blades.iter().enumerate().map(loft).collect::<Result<_, _>>()?;
+    let mut walls = Endwalls {
+        axis: Unit::new_normalize(file.axis.direction()),
+        hub: enlarged(&file.hub, scale),
+        shroud: enlarged(&file.shroud, scale),
+        hub_sector: None,
+    };
+    let sectors = if with_hub { hub_sectors(file, &lofts, &walls, in_blade)? } else { Vec::new() };
+    let mut blades = Vec::new();
+    for (k, SmoothBlade { loft, tolerance, .. }) in lofts.iter().enumerate() {
+        walls.hub_sector = sectors.get(k).cloned();
+        let lofted = loft.mesh_between(&walls, *tolerance).map_err(|e| in_blade(k, e.to_string()))?;
+        blades.push(SetBlade { name: name(k), lofted });
+    }
+    Ok(blades)
+}
+
+/// Returns the sector of the hub of each blade.
+fn hub_sectors(
+    file: &BladeFile,
+    blades: &[SmoothBlade],
+    walls: &Endwalls,
+    in_blade: impl Fn(usize, String) -> String,
+) -> Result<Vec<HubSector>, String> {
+    let n_blades = file.n_blades.ok_or("has no \"Number of Blade Sets\", which a hub needs; add it")?;
+    if file.hub.is_empty() {
+        return Err("has no \"Hub Data File\", which a hub needs; add it".to_owned());
+    }
+    let size = blades.iter().map(|blade| blade.size).fold(0.0, f64::max);
+    let thickness = round_to((HUB_SHARE * size).max(1.0), 1);
+    let line =
+        |(k, blade): (usize, &SmoothBlade)| blade.loft.line_on_hub(walls).map_err(|e| in_blade(k, e.to_string()));
+    let lines: Vec<HubLine> = blades.iter().enumerate().map(line).collect::<Result<_, _>>()?;
+    let but = |own: usize| lines.iter().enumerate().filter(move |(k, _)| *k != own).map(|(_, line)| line.clone());
+    Ok((0..blades.len()).map(|k| HubSector { n_blades, thickness, others: but(k).collect() }).collect())
 }
 
 /// Returns the mesh of all blades, whose groups have the name of their blade before their own.
@@ -97,39 +127,39 @@ pub(crate) fn read_blade_file(file: &Path, read: ReadFile<'_>) -> Result<BladeFi
     read_blade(&file.display().to_string(), &bytes, open).map_err(|e| e.to_string())
 }
 
-/// Returns a blade between hub and shroud, as large as requested.
-fn loft(file: &BladeFile, blade: &ProfileBlade, scale: f64, with_hub: bool) -> Result<LoftedBlade, String> {
-    let enlarged = |points: &[Point3<f64>]| points.iter().map(|p| p * scale).collect::<Vec<_>>();
-    let scaled = |section: &ProfileSection| enlarged(&section.points);
-    let first = blade.sections.first().ok_or("the blade has no sections")?;
-    let given = BladeSections {
-        sections: blade.sections.iter().map(scaled).collect(),
-        is_cut_off: !first.is_closed,
-        leading: first.leading,
-        trailing: first.trailing,
-        forms: blade.ends.map(|end| {
-            end.map(|end| match end {
-                EdgeEnd::Ellipse => EdgeForm::Round,
-                EdgeEnd::CutOff => EdgeForm::Flat,
-            })
-        }),
-    };
-    let far = given.sections.iter().flatten().map(|p| (p - given.sections[0][0]).norm()).fold(0.0, f64::max);
-    let tolerance = (CHORD_SHARE * far).clamp(CHORD_LIMITS[0], CHORD_LIMITS[1]);
-    let loft = BladeLoft::new(&given, |p| file.downstream(&(p / scale))).map_err(|e| e.to_string())?;
-    let hub_sector = match (with_hub, file.n_blades) {
-        (false, _) => None,
-        (true, None) => return Err("has no \"Number of Blade Sets\", which a hub needs; add it".to_owned()),
-        (true, Some(_)) if file.hub.is_empty() => {
-            return Err("has no \"Hub Data File\", which a hub needs; add it".to_owned());
-        }
-        (true, Some(n_blades)) => Some(HubSector { n_blades, thickness: round_to((HUB_SHARE * far).max(1.0), 1) }),
-    };
-    let walls = Endwalls {
-        axis: Unit::new_normalize(file.axis.direction()),
-        hub: enlarged(&file.hub),
-        shroud: enlarged(&file.shroud),
-        hub_sector,
-    };
-    loft.mesh_between(&walls, tolerance).map_err(|e| e.to_string())
+/// A blade as a smooth surface.
+struct SmoothBlade {
+    loft: BladeLoft,
+    /// Largest distance of its points from the first one, mm.
+    size: f64,
+    /// Chord tolerance of its mesh, mm.
+    tolerance: f64,
+}
+
+impl SmoothBlade {
+    /// The blade, as large as requested.
+    fn new(file: &BladeFile, blade: &ProfileBlade, scale: f64) -> Result<Self, String> {
+        let scaled = |section: &ProfileSection| enlarged(&section.points, scale);
+        let first = blade.sections.first().ok_or("the blade has no sections")?;
+        let given = BladeSections {
+            sections: blade.sections.iter().map(scaled).collect(),
+            is_cut_off: !first.is_closed,
+            leading: first.leading,
+            trailing: first.trailing,
+            forms: blade.ends.map(|end| {
+                end.map(|end| match end {
+                    EdgeEnd::Ellipse => EdgeForm::Round,
+                    EdgeEnd::CutOff => EdgeForm::Flat,
+                })
+            }),
+        };
+        let size = given.sections.iter().flatten().map(|p| (p - given.sections[0][0]).norm()).fold(0.0, f64::max);
+        let tolerance = (CHORD_SHARE * size).clamp(CHORD_LIMITS[0], CHORD_LIMITS[1]);
+        let loft = BladeLoft::new(&given, |p| file.downstream(&(p / scale))).map_err(|e| e.to_string())?;
+        Ok(Self { loft, size, tolerance })
+    }
+}
+
+fn enlarged(points: &[Point3<f64>], scale: f64) -> Vec<Point3<f64>> {
+    points.iter().map(|p| p * scale).collect()
 }

@@ -28,7 +28,8 @@ const HUB_RADII: f64 = 2.0;
 /// Distance that bodies keep from the hub, and from the other blades of a set, mm.
 const CHECK_ALLOWANCE: f64 = 1.0;
 
-/// Groups of a blade's mesh that are no part of the blade.
+/// Groups of a blade's mesh that are no part of the blade: the hub beside it, and the other facets
+/// of its sector.
 const HUB_GROUPS: [&str; 2] = ["hub", "hub-ends"];
 
 /// Mesh file of a blade's job.
@@ -168,11 +169,15 @@ fn setup(
             .collect()
     };
     // The hub beside the blade alone: it may rise far before or behind it.
-    let off_hub = vertices_of(&|name| !HUB_GROUPS.contains(&name));
+    let own: Vec<String> = blade.lofted.mesh.groups().iter().map(|g| blade.group(&g.name)).collect();
+    let is_of_hub = |name: &str, group: &str| name.rsplit('/').next() == Some(group);
+    let is_part =
+        |name: &str| own.iter().any(|own| own == name) && !HUB_GROUPS.iter().any(|group| is_of_hub(name, group));
+    let off_hub = vertices_of(&is_part);
     let [front, back] =
         [f64::min as fn(f64, f64) -> f64, f64::max].map(|of| off_hub.iter().map(|p| p.y).reduce(of).unwrap_or(0.0));
     let beside = front - HUB_RADII * radius..=back + HUB_RADII * radius;
-    let on_hub = vertices_of(&|name| name == HUB_GROUPS[0]);
+    let on_hub = vertices_of(&|name| is_of_hub(name, HUB_GROUPS[0]));
     let above_hub = on_hub.iter().filter(|p| beside.contains(&p.y)).map(|p| p.x + middle(x)).reduce(f64::max);
     let above_hub = above_hub.map(|top| (top + HUB_RADII * radius + CHECK_ALLOWANCE).ceil());
     let share_above = |from: f64| {
@@ -191,12 +196,10 @@ fn setup(
         json!({ "file": MESH_FILE, "groups": [group], "role": "drive", "unit": "millimetre", "up_axis": "z" }),
         json!({ "file": MESH_FILE, "role": "part", "unit": "millimetre", "up_axis": "z" }),
     ];
-    let own: Vec<String> = blade.lofted.mesh.groups().iter().map(|g| blade.group(&g.name)).collect();
-    let is_part = |name: &&str| own.iter().any(|own| own == name) && !HUB_GROUPS.contains(name);
     let all = || mesh.groups().iter().map(|g| g.name.as_str());
     let others: Vec<&str> = all().filter(|name| !is_part(name)).collect();
     if !others.is_empty() {
-        meshes[1]["groups"] = json!(all().filter(is_part).collect::<Vec<_>>());
+        meshes[1]["groups"] = json!(all().filter(|name| is_part(name)).collect::<Vec<_>>());
         let mut check = meshes[0].clone();
         (check["groups"], check["role"]) = (json!(others), json!("check"));
         check["allowance_mm"] = json!(CHECK_ALLOWANCE);

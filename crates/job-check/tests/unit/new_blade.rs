@@ -292,8 +292,45 @@ fn each_blade_of_a_set_has_natural_coordinates_of_its_own() {
         }
         assert!(seen[0] < -0.95 && seen[1] > 0.95, "{}: {seen:?}", blade.name);
     }
-    let why = facemill_sample_jobs::lofted_blades(&file, 1.0, true).expect_err("a hub of a set");
-    assert!(why.contains("2 blades in a set") && why.contains("leave the hub out"), "{why}");
+}
+
+#[test]
+fn each_blade_of_a_set_stands_on_its_part_of_the_hub() {
+    let (given, blade) = with_splitter(5.0);
+    let NewJob::Blade { from, scale, .. } = blade else { unreachable!() };
+    let inf =
+        std::fs::read_to_string(&from).unwrap().replace("Profile Data", "Hub Data File: curves/h.crv\nProfile Data");
+    std::fs::write(&from, inf).unwrap();
+    std::fs::write(given.path().join("curves/h.crv"), "21 0 -8\n21 0 8\n").unwrap();
+    let written = tempfile::tempdir().unwrap();
+    let blade = NewJob::Blade { from, scale, hub: true };
+    for (name, bytes) in new_job(&blade).unwrap() {
+        std::fs::write(written.path().join(name), bytes).unwrap();
+    }
+    let job = Job::read(written.path()).unwrap();
+    let text = as_read(&blade).unwrap().unwrap();
+    // Of the sides from 21 to 32 cm, passes keep two radii of the cutter and 1 mm from the hub.
+    let share = (110.0 - 2.0 * job.tool.cutter().radius() - 1.0) / 110.0;
+    let stated = text.split("passes on ").nth(1).unwrap().trim_end_matches(" of the sides");
+    let stated: Vec<f64> = stated.split(" and ").map(|share| share.parse().unwrap()).collect();
+    // The splitter is beside, where the hub rises toward the line that its span is along.
+    let is_near = |(stated, less): (&f64, f64)| (share - 0.08 * less - 0.03..share + 0.03).contains(stated);
+    assert!(stated.len() == 4 && stated.iter().zip([0.0, 0.0, 1.0, 1.0]).all(is_near), "{stated:?}: {share}");
+    for (k, blade) in BLADES.into_iter().flat_map(|blade| [blade; 2]).enumerate() {
+        crate::describe::describe_setup(&job, k).unwrap();
+        let groups = |role: RoleFile| -> Vec<String> {
+            let of_role = job.file.setups[k].meshes.iter().filter(|mesh| mesh.role == role);
+            of_role.flat_map(|mesh| mesh.groups.clone().unwrap_or_default()).collect()
+        };
+        let hubs = BLADES.iter().flat_map(|blade| ["hub", "hub-ends"].map(|part| format!("{blade}/{part}")));
+        let checked = groups(RoleFile::Check);
+        assert!(hubs.into_iter().all(|hub| checked.contains(&hub)), "{checked:?}");
+        let part = groups(RoleFile::Part);
+        assert!(
+            !part.is_empty() && part.iter().all(|group| group.starts_with(blade) && !group.contains("hub")),
+            "{part:?}"
+        );
+    }
 }
 
 #[test]

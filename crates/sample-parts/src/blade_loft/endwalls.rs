@@ -17,13 +17,23 @@ pub struct Endwalls {
     pub hub_sector: Option<HubSector>,
 }
 
-/// Sector of a hub: from inlet to outlet, and half a pitch to both sides of the blade.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// Sector of a hub: from inlet to outlet, and to both sides half of the way to the next blade.
+#[derive(Clone, Debug, PartialEq)]
 pub struct HubSector {
-    /// Number of blades around the axis.
+    /// Number of blades around the axis, or of their sets.
     pub n_blades: u32,
     /// Thickness of the sector, mm.
     pub thickness: f64,
+    /// The other blades of the set ([`BladeLoft::line_on_hub`](crate::BladeLoft::line_on_hub));
+    /// none of a blade alone.
+    pub others: Vec<HubLine>,
+}
+
+/// The line on the hub midway between the sides of a blade, between its edges.
+#[derive(Clone, Debug, PartialEq)]
+pub struct HubLine {
+    /// Points in the order of their length along the hub.
+    pub(crate) points: Vec<Point3<f64>>,
 }
 
 /// How a blade ends at its root or tip.

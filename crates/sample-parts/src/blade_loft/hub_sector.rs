@@ -1,11 +1,11 @@
 //! The sector of a hub around a lofted blade, as a shell that carries the blade.
 
 use std::collections::BTreeMap;
-use std::f64::consts::PI;
+use std::f64::consts::{PI, TAU};
 
-use nalgebra::center;
+use nalgebra::{Point3, center};
 
-use crate::blade_loft::endwalls::{HubSector, RevolvedWall};
+use crate::blade_loft::endwalls::{HubLine, HubSector, RevolvedWall};
 use crate::blade_loft::loft_caps::{MeshInWork, close_row};
 use crate::blade_loft::loft_edges::{HUB, HUB_ENDS};
 use crate::grouped_mesh::GroupedMesh;
@@ -32,7 +32,9 @@ pub(crate) struct HubSectorMesh<'w> {
     pub(crate) is_counter_clockwise: bool,
     /// Parts from the blade to the side of the sector.
     pub(crate) parts: usize,
-    pub(crate) sector: HubSector,
+    pub(crate) sector: &'w HubSector,
+    /// Line of the blade.
+    pub(crate) own: &'w HubLine,
 }
 
 /// A line across the hub from the blade, or from the line through its edges, to a side.
@@ -48,32 +50,56 @@ struct CrossLine {
 /// Angle of the middle between the blade's sides over the length along the wall.
 struct MiddleLine(Vec<[f64; 2]>);
 
+/// The middle between the sides of the blade whose sector it is, and the way to the sector's sides.
+struct SectorMiddle {
+    line: MiddleLine,
+    /// Half of the angle between two blades of which each is alone.
+    half_pitch: f64,
+    set: Option<SetLines>,
+}
+
+/// The row of a blade on the wall, from its first to its last place along the wall on both sides.
+struct RowChains {
+    /// Numbers of the first and the last place.
+    ends: [usize; 2],
+    /// Numbers of the places on the side with the larger angles, and on the other.
+    chains: [Vec<usize>; 2],
+    /// Whether the first chain goes as the row does.
+    is_onward_upper: bool,
+}
+
+/// Lines of the blades of a set as angles on the wall of one of them, whose line is the first.
+struct SetLines {
+    lines: Vec<MiddleLine>,
+    /// Number of the longest line.
+    longest: usize,
+    /// Angle from one set to the next.
+    pitch: f64,
+}
+
 /// A vertex of the hub with its place on the wall.
 type HubVertex = (u32, [f64; 2]);
 
 impl HubSectorMesh<'_> {
     /// Adds the groups `hub` and `hub-ends`: hub, sides, inlet, outlet and inside of the sector.
     pub(crate) fn fill(&self, mesh: &mut GroupedMesh, made: &mut MeshInWork) -> Result<(), LoftError> {
-        if self.sector.n_blades < 2 {
+        if self.sector.n_blades < 2 && self.sector.others.is_empty() {
             return no_sector("a single blade has no neighbour up to which it could go; leave the hub out");
         }
         if self.wall.smallest_radius() <= self.sector.thickness {
             return no_sector("it comes as near to its axis as the sector is thick; begin its curve farther out");
         }
-        let n = self.row.len();
         let places: Vec<[f64; 2]> = self.row.iter().map(|&v| self.wall.place(&mesh.point(v))).collect();
-        let by_length = |a: &usize, b: &usize| places[*a][0].total_cmp(&places[*b][0]);
-        let (first, last) = ((0..n).min_by(by_length).unwrap_or(0), (0..n).max_by(by_length).unwrap_or(0));
+        let RowChains { ends: [first, last], chains: [upper, lower], is_onward_upper } = RowChains::of(&places);
         let whole = self.wall.lengths[self.wall.lengths.len() - 1];
         if places[first][0] <= 0.0 || places[last][0] >= whole {
             return no_sector("the blade goes beyond the ends of the hub; lengthen the hub's curve");
         }
-        let onward: Vec<usize> = (0..=(last + n - first) % n).map(|k| (first + k) % n).collect();
-        let backward: Vec<usize> = (0..=(first + n - last) % n).map(|k| (first + n - k) % n).collect();
-        let mean = |chain: &[usize]| chain.iter().map(|&k| places[k][1]).sum::<f64>() / n_of(chain.len());
-        let is_onward_upper = mean(&onward) > mean(&backward);
-        let [upper, lower] = if is_onward_upper { [onward, backward] } else { [backward, onward] };
-        let middle = MiddleLine::between([&upper, &lower], &places);
+        let middle = SectorMiddle {
+            line: MiddleLine::between([&upper, &lower], &places),
+            half_pitch: PI / f64::from(self.sector.n_blades),
+            set: (!self.sector.others.is_empty()).then(|| SetLines::new(self.wall, self.own, self.sector)),
+        };
         // Lines before and behind the blade, which both halves share.
         let [before, behind] = [[0.0, places[first][0]], [places[last][0], whole]].map(|range| self.lengths(range));
         let mut straight = |lengths: &[f64], from: usize| -> Vec<HubVertex> {
@@ -152,10 +178,10 @@ impl HubSectorMesh<'_> {
         mesh: &mut GroupedMesh,
         made: &mut MeshInWork,
         lines: &[CrossLine],
-        middle: &MiddleLine,
+        middle: &SectorMiddle,
         sign: f64,
     ) -> Vec<Vec<HubVertex>> {
-        let half_pitch = sign * PI / f64::from(self.sector.n_blades);
+        let to_side = middle.to_side(sign);
         let mut vertices = Vec::with_capacity(lines.len());
         for line in lines {
             let [from, to] = line.lengths;
@@ -164,7 +190,7 @@ impl HubSectorMesh<'_> {
             for k in 1..=self.parts {
                 let share = n_of(k) / n_of(self.parts);
                 let s = from + share * (to - from);
-                let angle = middle.angle(s) + offset + share * (half_pitch - offset);
+                let angle = middle.angle(s) + offset + share * (to_side(s) - offset);
                 across.push(self.vertex(mesh, made, [s, angle]));
             }
             vertices.push(across);
@@ -262,11 +288,107 @@ impl MiddleLine {
         Self((0..MIDDLE_PLACES).map(place).collect())
     }
 
+    /// Lengths of its ends.
+    fn ends(&self) -> [f64; 2] {
+        [self.0[0][0], self.0[self.0.len() - 1][0]]
+    }
+
     /// Angle at a length; beyond its ends that of the nearest one.
     fn angle(&self, s: f64) -> f64 {
         let k = self.0.partition_point(|p| p[0] <= s).clamp(1, self.0.len() - 1);
         let [a, b] = [self.0[k - 1], self.0[k]];
         a[1] + (b[1] - a[1]) * ((s - a[0]) / (b[0] - a[0])).clamp(0.0, 1.0)
+    }
+}
+
+impl RowChains {
+    fn of(places: &[[f64; 2]]) -> Self {
+        let n = places.len();
+        let by_length = |a: &usize, b: &usize| places[*a][0].total_cmp(&places[*b][0]);
+        let (first, last) = ((0..n).min_by(by_length).unwrap_or(0), (0..n).max_by(by_length).unwrap_or(0));
+        let onward: Vec<usize> = (0..=(last + n - first) % n).map(|k| (first + k) % n).collect();
+        let backward: Vec<usize> = (0..=(first + n - last) % n).map(|k| (first + n - k) % n).collect();
+        let mean = |chain: &[usize]| chain.iter().map(|&k| places[k][1]).sum::<f64>() / n_of(chain.len());
+        let is_onward_upper = mean(&onward) > mean(&backward);
+        let chains = if is_onward_upper { [onward, backward] } else { [backward, onward] };
+        Self { ends: [first, last], chains, is_onward_upper }
+    }
+}
+
+impl HubLine {
+    /// The line of a blade by its section at the hub.
+    pub(crate) fn of(wall: &RevolvedWall, section: &[Point3<f64>]) -> Self {
+        let places: Vec<[f64; 2]> = section.iter().map(|p| wall.place(p)).collect();
+        let [upper, lower] = RowChains::of(&places).chains;
+        let middle = MiddleLine::between([&upper, &lower], &places);
+        Self { points: middle.0.iter().map(|place| wall.point(*place, 0.0)).collect() }
+    }
+}
+
+impl SectorMiddle {
+    /// Angle at a length; of a set, beyond the ends as its longest line goes on.
+    fn angle(&self, s: f64) -> f64 {
+        self.line.angle(s) + self.set.as_ref().map_or(0.0, |set| set.onward(self.line.ends(), s))
+    }
+
+    /// Returns the angle from the middle to a side of the sector at a length.
+    fn to_side(&self, sign: f64) -> impl Fn(f64) -> f64 {
+        let side = self.set.as_ref().map(|set| (set, set.next(sign)));
+        move |s| side.map_or(sign * self.half_pitch, |(set, next)| set.midway(next, s) - self.angle(s))
+    }
+}
+
+impl SetLines {
+    fn new(wall: &RevolvedWall, own: &HubLine, sector: &HubSector) -> Self {
+        let line = |line: &HubLine| {
+            let mut before: Option<f64> = None;
+            let place = |p: &Point3<f64>| {
+                let [s, angle] = wall.place(p);
+                // No step turns by more than a half.
+                let angle = before.map_or(angle, |b| b + (angle - b + PI).rem_euclid(TAU) - PI);
+                before = Some(angle);
+                [s, angle]
+            };
+            MiddleLine(line.points.iter().map(place).collect())
+        };
+        let lines: Vec<MiddleLine> = std::iter::once(own).chain(&sector.others).map(line).collect();
+        let length = |k: &usize| -> f64 {
+            let [first, last] = lines[*k].ends();
+            last - first
+        };
+        let longest = (0..lines.len()).max_by(|a, b| length(a).total_cmp(&length(b))).unwrap_or(0);
+        Self { lines, longest, pitch: TAU / f64::from(sector.n_blades) }
+    }
+
+    /// Change of the longest line's angle from the ends of a line to a length beyond them, 0
+    /// between. Lines go on by it, so that a blade that begins behind another leaves it room.
+    fn onward(&self, [first, last]: [f64; 2], s: f64) -> f64 {
+        let longest = &self.lines[self.longest];
+        longest.angle(s) - longest.angle(s.clamp(first, last))
+    }
+
+    /// Angle of a line at a length.
+    fn angle(&self, k: usize, s: f64) -> f64 {
+        self.lines[k].angle(s) + self.onward(self.lines[k].ends(), s)
+    }
+
+    /// Returns the number of the line next to the first one on a side, and what is to be added to
+    /// its angles.
+    fn next(&self, sign: f64) -> (usize, f64) {
+        let [first, last] = self.lines[0].ends();
+        let middle = 0.5 * (first + last);
+        let apart = |k: usize| self.angle(k, middle) - self.angle(0, middle);
+        let around = |k: usize| {
+            let apart = (sign * apart(k)).rem_euclid(self.pitch);
+            if k == 0 || apart == 0.0 { self.pitch } else { apart }
+        };
+        let next = (0..self.lines.len()).min_by(|a, b| around(*a).total_cmp(&around(*b))).unwrap_or(0);
+        (next, sign * around(next) - apart(next))
+    }
+
+    /// Angle midway between the first line and another.
+    fn midway(&self, (k, more): (usize, f64), s: f64) -> f64 {
+        0.5 * (self.angle(0, s) + self.angle(k, s) + more)
     }
 }
 

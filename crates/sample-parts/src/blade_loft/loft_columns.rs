@@ -3,7 +3,7 @@
 
 use nalgebra::{Point3, Unit, Vector3};
 
-use crate::blade_loft::endwalls::{Endwalls, HubSector, LoftEnd, RevolvedWall};
+use crate::blade_loft::endwalls::{Endwalls, HubLine, HubSector, LoftEnd, RevolvedWall};
 use crate::blade_loft::loft_surface::{BladeLoft, SpanCurve};
 use crate::blade_loft::section_curve::SectionCurve;
 use crate::spec_error::LoftError;
@@ -33,7 +33,8 @@ pub(crate) struct LoftColumn {
 pub(crate) struct LoftEnds {
     pub(crate) walls: [Option<RevolvedWall>; 2],
     pub(crate) kinds: [LoftEnd; 2],
-    pub(crate) sector: Option<HubSector>,
+    /// The sector with the line of its own blade.
+    pub(crate) sector: Option<(HubSector, HubLine)>,
 }
 
 /// Share of the span up to which a section that goes through a wall was meant to lie on it: points
@@ -43,6 +44,25 @@ const NEAR_WALL: f64 = 2e-4;
 
 /// Names of the walls.
 const WALLS: [&str; 2] = ["hub", "shroud"];
+
+fn no_hub() -> LoftError {
+    LoftError::WrongWall { wall: WALLS[0], what: "is missing, so that there is no sector of it" }
+}
+
+impl BladeLoft {
+    /// Returns the line of the blade on the hub, for the sector of another blade of its set.
+    ///
+    /// # Errors
+    /// If there is no hub, or it is no surface of revolution.
+    pub fn line_on_hub(&self, walls: &Endwalls) -> Result<HubLine, LoftError> {
+        if walls.hub.is_empty() {
+            return Err(no_hub());
+        }
+        let middle = self.points_at(0.5 * self.span[self.span.len() - 1]);
+        let wall = RevolvedWall::new(WALLS[0], &walls.axis, &walls.hub, &middle)?;
+        Ok(HubLine::of(&wall, &self.points_at(0.0)))
+    }
+}
 
 impl LoftEnds {
     /// Ends without walls.
@@ -71,14 +91,11 @@ impl LoftEnds {
             };
             ends.walls[end] = Some(wall);
         }
-        if let Some(sector) = given.hub_sector {
+        if let Some(sector) = &given.hub_sector {
             match (&ends.walls[0], ends.kinds[0]) {
-                (None, _) => {
-                    let what = "is missing, so that there is no sector of it";
-                    return Err(LoftError::WrongWall { wall: WALLS[0], what });
-                }
+                (None, _) => return Err(no_hub()),
                 (_, LoftEnd::SectionBeforeWall { gap_mm }) => return Err(LoftError::HubNotReached { gap_mm }),
-                _ => ends.sector = Some(sector),
+                (Some(wall), _) => ends.sector = Some((sector.clone(), HubLine::of(wall, &points[0]))),
             }
         }
         Ok(ends)

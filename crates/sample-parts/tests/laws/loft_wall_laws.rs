@@ -74,13 +74,18 @@ impl Annulus {
             wall.iter().map(|p| Point3::new(p.y * turn.cos(), p.y * turn.sin(), p.x)).collect()
         };
         let [hub, shroud] = [curve(&self.walls[0]), curve(&self.walls[1])];
-        let sector = thickness.map(|thickness| HubSector { n_blades: self.n_blades, thickness });
+        let sector = thickness.map(|thickness| alone(self.n_blades, thickness));
         Endwalls { axis: Vector3::z_axis(), hub, shroud, hub_sector: sector }
     }
 
     fn loft(&self) -> BladeLoft {
         BladeLoft::new(&self.blade, |p| p.z).unwrap()
     }
+}
+
+/// The sector of a blade that is no part of a set.
+fn alone(n_blades: u32, thickness: f64) -> HubSector {
+    HubSector { n_blades, thickness, others: Vec::new() }
 }
 
 fn group_vertices(blade: &LoftedBlade, names: &[&str]) -> BTreeSet<u32> {
@@ -236,6 +241,52 @@ fn a_hub_is_its_sector_without_the_root() {
     }
 }
 
+/// Half as long, behind the middle of a blade, and turned by a share of the pitch.
+fn splitter_of(given: &Annulus, share: f64) -> BladeSections {
+    let turn = share * std::f64::consts::TAU / f64::from(given.n_blades);
+    let turned = nalgebra::Rotation3::from_axis_angle(&Vector3::z_axis(), turn);
+    let shorter = |section: &Vec<Point3<f64>>| -> Vec<Point3<f64>> {
+        let last = section.iter().max_by(|a, b| a.z.total_cmp(&b.z)).unwrap();
+        section
+            .iter()
+            .map(|p| turned * Point3::new(p.x, last.y + 0.5 * (p.y - last.y), last.z + 0.5 * (p.z - last.z)))
+            .collect()
+    };
+    BladeSections { sections: given.blade.sections.iter().map(shorter).collect(), ..given.blade.clone() }
+}
+
+/// Sectors of the blades of a set are solids that cover the hub once, together with their roots.
+#[test]
+fn sectors_of_a_set_cover_the_hub_between_its_blades_once() {
+    let mut random = Random(2_308);
+    for round in 0..8 {
+        let mut given = random_annulus(&mut random, round % 2 == 1);
+        given.n_blades = given.n_blades.div_ceil(3);
+        let lofts = [given.loft(), BladeLoft::new(&splitter_of(&given, random.between(0.4, 0.6)), |p| p.z).unwrap()];
+        let mut walls = given.endwalls(&mut random, None);
+        let roots = lofts.each_ref().map(|loft| loft.mesh_between(&walls, 0.05).unwrap());
+        let lines = lofts.each_ref().map(|loft| loft.line_on_hub(&walls).unwrap());
+        let blades = [0, 1].map(|k| {
+            walls.hub_sector = Some(HubSector { others: vec![lines[1 - k].clone()], ..alone(given.n_blades, 3.0) });
+            lofts[k].mesh_between(&walls, 0.05).unwrap_or_else(|why| panic!("round {round}, blade {k}: {why}"))
+        });
+        let area = |blade: &LoftedBlade, name: &str| -> f64 {
+            kit::group(&blade.mesh, name).map(|t| 0.5 * blade.mesh.scaled_normal(t).norm()).sum()
+        };
+        for blade in &blades {
+            assert!(kit::is_closed(&blade.mesh) && kit::volume(&blade.mesh) > 0.0, "round {round}");
+        }
+        let covered: f64 = blades.iter().map(|b| area(b, "hub")).chain(roots.iter().map(|b| area(b, "root"))).sum();
+        // A side of the polyline sweeps a cone.
+        let cone = |side: &[Point2<f64>]| (side[1] - side[0]).norm() * (side[0].y + side[1].y);
+        let whole = std::f64::consts::PI * given.walls[0].windows(2).map(cone).sum::<f64>() / f64::from(given.n_blades);
+        assert!((covered / whole - 1.0).abs() < 2e-3, "round {round}: {covered} of {whole} mm2");
+        // Each blade has a part of it as wide as its room.
+        let shares = blades.each_ref().map(|b| area(b, "hub") / whole);
+        assert!(shares.iter().all(|share| *share > 0.2), "round {round}: {shares:?}");
+    }
+}
+
 #[test]
 fn sections_on_a_wall_or_before_it_stay_the_ends() {
     let mut random = Random(2_305);
@@ -254,7 +305,7 @@ fn sections_on_a_wall_or_before_it_stay_the_ends() {
     let LoftEnd::SectionBeforeWall { gap_mm } = blade.ends[0] else { panic!("{:?}", blade.ends) };
     assert!((gap_mm - (high - low + 2.5)).abs() < 1e-9 && blade.ends[1] == LoftEnd::Section);
     // No sector of a hub that it does not stand on: the error has the distance and the remedy.
-    walls.hub_sector = Some(HubSector { n_blades: 9, thickness: 2.0 });
+    walls.hub_sector = Some(alone(9, 2.0));
     let why = given.loft().mesh_between(&walls, 0.02).expect_err("no sector");
     assert_eq!(why, LoftError::HubNotReached { gap_mm });
     let text = why.to_string();
@@ -341,13 +392,13 @@ fn walls_that_fit_no_blade_are_refused() {
     assert!(matches!(why, LoftError::BeforeWall { wall: "hub", .. } | LoftError::WallsCross { .. }), "{why}");
     let dense = |w: &mut Endwalls| w.shroud = (0..6000).map(|k| Point3::new(300.0, 0.0, f64::from(k))).collect();
     assert!(matches!(refused(&dense), LoftError::WrongWall { wall: "shroud", .. }));
-    let single = |w: &mut Endwalls| w.hub_sector = Some(HubSector { n_blades: 1, thickness: 2.0 });
-    let through_axis = |w: &mut Endwalls| w.hub_sector = Some(HubSector { n_blades: 9, thickness: 500.0 });
+    let single = |w: &mut Endwalls| w.hub_sector = Some(alone(1, 2.0));
+    let through_axis = |w: &mut Endwalls| w.hub_sector = Some(alone(9, 500.0));
     let nose = |w: &mut Endwalls| w.hub.insert(0, Point3::new(0.0, 0.0, w.hub[0].z - 200.0));
     for why in [refused(&single), refused(&through_axis), refused(&nose)] {
         assert!(matches!(why, LoftError::NoSector { .. }), "{why}");
     }
-    let many = |w: &mut Endwalls| w.hub_sector = Some(HubSector { n_blades: 900, thickness: 2.0 });
+    let many = |w: &mut Endwalls| w.hub_sector = Some(alone(900, 2.0));
     assert!(matches!(refused(&many), LoftError::NoSector { .. }));
     let short = |w: &mut Endwalls| w.hub.truncate(5);
     assert!(matches!(refused(&short), LoftError::NoSector { .. }));
@@ -441,9 +492,10 @@ fn samples_end_on_hub_and_shroud() {
         let meridional =
             |curve: &[Point3<f64>]| -> Vec<_> { curve.iter().map(|p| Point2::new(p.z, p.x.hypot(p.y))).collect() };
         let [hub, shroud] = [&file.hub, &file.shroud].map(|curve| meridional(curve));
-        for sector in [None, Some(HubSector { n_blades, thickness: 2.0 })] {
+        for sector in [None, Some(alone(n_blades, 2.0))] {
             let axis = Unit::new_normalize(file.axis.direction());
-            let walls = Endwalls { axis, hub: file.hub.clone(), shroud: file.shroud.clone(), hub_sector: sector };
+            let walls =
+                Endwalls { axis, hub: file.hub.clone(), shroud: file.shroud.clone(), hub_sector: sector.clone() };
             let blade = loft.mesh_between(&walls, if sector.is_some() { 0.05 } else { 0.01 }).unwrap();
             assert!(kit::is_closed(&blade.mesh) && blade.ends == ends, "{name}: {:?}", blade.ends);
             let sides = group_vertices(&blade, &SIDES);
