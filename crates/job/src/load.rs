@@ -43,7 +43,7 @@ use crate::frames::{direction, pose};
 use crate::load::clearance_surface::clearance_surface;
 use crate::load::enclosure::check_enclosure;
 use crate::load::job::{
-    ExtendedRegion, Job, NamedTools, SecondHead, Setup, SetupLevel, WrittenPrograms, provable, standing,
+    ExtendedRegion, Job, NamedTools, SecondHead, Setup, SetupLevel, WrittenPrograms, machine_to_plan_for, standing,
 };
 use crate::load::job_files::JobFiles;
 use crate::load::job_source::{JOB_NAME, blamed, job_of_text, job_path, read_job_file};
@@ -279,7 +279,7 @@ impl Job {
         };
         // Views of a head have one of their own.
         if job.second.is_none() {
-            job.planned_machine = provable(&job);
+            job.planned_machine = machine_to_plan_for(&job);
         }
         Ok(job)
     }

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use facemill_blade_file::{BladeFile, EdgeEnd, ProfileBlade, ProfileSection, read_blade};
-use facemill_sample_parts::{BladeLoft, BladeSections, EdgeForm, Endwalls, HubLine, HubSector, LoftedBlade};
+use facemill_sample_parts::{BladeLoft, BladeSections, EdgeForm, Endwalls, HubLine, HubSector, HubSet, LoftedBlade};
 use facemill_surface_model::{Group, TriMesh};
 use nalgebra::{Point3, Unit};
 
@@ -91,8 +91,8 @@ fn hub_sectors(
     let line =
         |(k, blade): (usize, &SmoothBlade)| blade.loft.line_on_hub(walls).map_err(|e| in_blade(k, e.to_string()));
     let lines: Vec<HubLine> = blades.iter().enumerate().map(line).collect::<Result<_, _>>()?;
-    let but = |own: usize| lines.iter().enumerate().filter(move |(k, _)| *k != own).map(|(_, line)| line.clone());
-    Ok((0..blades.len()).map(|k| HubSector { n_blades, thickness, others: but(k).collect() }).collect())
+    let set = |own: usize| (blades.len() > 1).then(|| HubSet { lines: lines.clone(), own });
+    Ok((0..blades.len()).map(|own| HubSector { n_blades, thickness, set: set(own) }).collect())
 }
 
 /// Returns the mesh of all blades, whose groups have the name of their blade before their own.

@@ -74,7 +74,7 @@ mod spec_error;
 mod spline;
 mod surface_point;
 
-pub use crate::blade_loft::endwalls::{Endwalls, HubLine, HubSector, LoftEnd};
+pub use crate::blade_loft::endwalls::{Endwalls, HubLine, HubSector, HubSet, LoftEnd};
 pub use crate::blade_loft::loft_mesh::LoftedBlade;
 pub use crate::blade_loft::loft_surface::{BladeLoft, BladeSections, EdgeForm};
 pub use crate::propeller::anti_singing::AntiSingingEdge;

@@ -35,8 +35,8 @@ pub struct SmoothSettings {
     pub cusp: f64,
     /// Strip between a point and the neighbouring pass where none is known.
     pub strip: Strip,
-    /// Step-over (mm) as which wider strips count: of a gap that no two passes cover, each cuts its
-    /// side. Infinite for passes that are cut as they are, however far apart.
+    /// Largest step-over that counts, mm: wider strips count as this wide, because of a gap that no
+    /// two passes cover each cuts its side. Infinite for passes that are cut as they are.
     pub widest: f64,
 }
 

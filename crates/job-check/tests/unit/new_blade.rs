@@ -295,7 +295,7 @@ fn each_blade_of_a_set_has_natural_coordinates_of_its_own() {
 }
 
 #[test]
-fn each_blade_of_a_set_stands_on_its_part_of_the_hub() {
+fn each_blade_of_a_set_is_on_its_part_of_the_hub() {
     let (given, blade) = with_splitter(5.0);
     let NewJob::Blade { from, scale, .. } = blade else { unreachable!() };
     let inf =

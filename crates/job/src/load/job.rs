@@ -186,7 +186,7 @@ impl Job {
         let other_tool: Vec<PlacedSolid> = other.whole().into_iter().map(thicker).collect();
         let straying = if apart > 0.0 { straying(machine, tool.gauge_length()) } else { 0.0 };
         let machine =
-            with_more_around_head(machine, straying).with_tool_in_other_head(&other_tool, other.gauge_length());
+            with_more_around_head(machine, |_| straying).with_tool_in_other_head(&other_tool, other.gauge_length());
         Self { file, tool: tool.clone(), planned_machine: machine.clone(), machine, ..self.clone() }
     }
 
@@ -442,19 +442,24 @@ pub(crate) fn standing(obstacle: &ObstacleMesh, margin: f64) -> Standing<'_> {
     Standing { mesh: &obstacle.mesh, tree: obstacle.tree(), allowance: obstacle.allowance + margin }
 }
 
-/// Returns the job's machine with more clearance around its head, so that a certificate can prove
-/// planned poses: it adds the control's deviation and that of the text from the path between two
-/// poses, and permits a slack.
-pub(crate) fn provable(job: &Job) -> Machine {
+/// Returns the machine to plan for, with more clearance around its head, so that a certificate can
+/// prove planned poses against the work: it adds the control's deviation and that of the text from
+/// the path between two poses, and permits a slack.
+pub(crate) fn machine_to_plan_for(job: &Job) -> Machine {
     let longest = job.all_tools().map(ToolAssembly::gauge_length).fold(0.0, f64::max);
     let linearisation = job.file.operations.iter().map(|o| o.tolerances.linearisation_mm).fold(0.0, f64::max);
+    let strays = straying(&job.machine, longest) + linearisation;
     let slack = VerifySettings::default().clearance_slack;
-    with_more_around_head(&job.machine, straying(&job.machine, longest) + linearisation - slack)
+    with_more_around_head(&job.machine, |clearance| strays - slack.min(clearance))
 }
 
-/// Returns the machine with more clearance around its head, mm; the same if `more` is not positive.
-fn with_more_around_head(machine: &Machine, more: f64) -> Machine {
-    machine.with_more_clearance(|body| if body.carrier() == Some(Carrier::Head) { more } else { 0.0 })
+/// Returns the machine with more clearance around its head: `more` returns the increase (mm) for a
+/// clearance; none where it is not positive.
+fn with_more_around_head(machine: &Machine, more: impl Fn(f64) -> f64) -> Machine {
+    machine.with_more_clearance(|body| match body.carrier() {
+        Some(Carrier::Head) => more(body.clearance),
+        _ => 0.0,
+    })
 }
 
 /// Returns the largest deviation of a head's bodies from their planned path, mm. A certificate

@@ -76,8 +76,8 @@ fn points_beyond(planned: &PlannedOperation<'_>) -> Vec<PointBeyond> {
 /// Least width of a strip whose measurement counts, as a multiple of the distance of its places.
 const STRIP_PER_SPACING: f64 = 2.0;
 
-/// Clears the excess of predicted cusps where the text is measured to leave no more than the
-/// permitted ones. `allowance` is the height of the passes above the drive surface, mm.
+/// Marks predicted cusps as kept where the text is measured to leave no more than the permitted
+/// ones. `allowance` is the height of the passes above the drive surface, mm.
 pub(crate) fn settle_cusps(
     report: &mut Report,
     operations: &[PlannedOperation<'_>],
@@ -85,23 +85,43 @@ pub(crate) fn settle_cusps(
     allowance: f64,
 ) {
     for (planned, cusps) in operations.iter().zip(&mut report.cusps).filter(|(_, cusps)| cusps.points_beyond > 0) {
-        let mut measured = remaining.report.operations.iter().zip(&remaining.places);
-        let own = measured.find(|(of_region, _)| of_region.operation == cusps.operation);
-        cusps.kept_by_text = own.is_some_and(|(of_region, left)| {
-            let least_strip = STRIP_PER_SPACING * of_region.spacing_mm;
-            is_kept(&points_beyond(planned), left, (least_strip, planned.operation.tolerances.cusp_mm, allowance))
-        });
+        let measured = remaining.report.operations.iter().zip(&remaining.places);
+        let mut own = measured.filter(|(of_region, _)| of_region.operation == cusps.operation);
+        // Which of two operations of one name was measured is not known.
+        let (Some((of_region, left)), None) = (own.next(), own.next()) else { continue };
+        let limits = KeptLimits {
+            least_strip: STRIP_PER_SPACING * of_region.spacing_mm,
+            cusp: planned.operation.tolerances.cusp_mm,
+            allowance,
+            // Passes of files may leave the region.
+            is_all_on_region: matches!(planned.operation.path, PathFile::Strategy(_)),
+        };
+        cusps.kept_by_text = is_kept(&points_beyond(planned), left, &limits);
     }
-    report.worst.cusp_exceeded &= report.cusps.iter().any(|c| c.points_beyond > 0 && !c.kept_by_text);
+    if report.cusps.iter().any(|c| c.kept_by_text) {
+        report.worst.cusp_exceeded = report.cusps.iter().any(|c| c.points_beyond > 0 && !c.kept_by_text);
+    }
 }
 
-/// Returns whether all places measured on the region, or all within the step-over of each of the
-/// points, are at most as high as the cusp. A point with a strip narrower than `least_strip`, which
-/// places may miss, keeps its prediction, as does one without a place beside it.
-fn is_kept(beyond: &[PointBeyond], left: &[LeftPlace], (least_strip, cusp, allowance): (f64, f64, f64)) -> bool {
-    let is_low = |place: &LeftPlace| place.height <= cusp;
-    let is_low_everywhere = !left.is_empty() && left.iter().all(is_low);
-    let on_pass = |place: &LeftPlace| place.position + place.normal.into_inner() * allowance;
+/// Settings of [`is_kept`].
+struct KeptLimits {
+    /// Narrowest strip whose measurement counts, mm.
+    least_strip: f64,
+    /// Permitted cusp, mm.
+    cusp: f64,
+    /// Height of the passes above the drive surface, mm.
+    allowance: f64,
+    /// Whether all passes are on the region.
+    is_all_on_region: bool,
+}
+
+/// Returns whether all places measured on the region, if all passes are on it, or all within the
+/// step-over of each of the points, are at most as high as the cusp. A point with too narrow a
+/// strip, which places may miss, keeps its prediction.
+fn is_kept(beyond: &[PointBeyond], left: &[LeftPlace], limits: &KeptLimits) -> bool {
+    let is_low = |place: &LeftPlace| place.height <= limits.cusp;
+    let is_low_everywhere = limits.is_all_on_region && !left.is_empty() && left.iter().all(is_low);
+    let on_pass = |place: &LeftPlace| place.position + place.normal.into_inner() * limits.allowance;
     let boxes: Vec<Aabb> = left.iter().map(|place| Aabb::of_points([&on_pass(place)])).collect();
     let tree = Tree::build(&boxes);
     let is_low_beside = |point: &PointBeyond| {
@@ -110,7 +130,7 @@ fn is_kept(beyond: &[PointBeyond], left: &[LeftPlace], (least_strip, cusp, allow
         tree.visit_boxes(near, |k| (any, low) = (true, low && is_low(&left[k as usize])));
         any && low
     };
-    beyond.iter().all(|point| point.step_over >= least_strip && (is_low_everywhere || is_low_beside(point)))
+    beyond.iter().all(|point| point.step_over >= limits.least_strip && (is_low_everywhere || is_low_beside(point)))
 }
 
 /// Returns the reason why there is no pass between: the refusal nearest to the place within the

@@ -24,9 +24,18 @@ pub struct HubSector {
     pub n_blades: u32,
     /// Thickness of the sector, mm.
     pub thickness: f64,
-    /// The other blades of the set ([`BladeLoft::line_on_hub`](crate::BladeLoft::line_on_hub));
-    /// none of a blade alone.
-    pub others: Vec<HubLine>,
+    /// The blades of the set; `None` of a blade alone.
+    pub set: Option<HubSet>,
+}
+
+/// The blades of a set, and which of them a sector is of.
+#[derive(Clone, Debug, PartialEq)]
+pub struct HubSet {
+    /// Lines of all blades ([`BladeLoft::line_on_hub`](crate::BladeLoft::line_on_hub)), in the same
+    /// order for the sector of each.
+    pub lines: Vec<HubLine>,
+    /// Number of the sector's own blade.
+    pub own: usize,
 }
 
 /// The line on the hub midway between the sides of a blade, between its edges.

@@ -5,7 +5,7 @@ use std::f64::consts::{PI, TAU};
 
 use nalgebra::{Point3, center};
 
-use crate::blade_loft::endwalls::{HubLine, HubSector, RevolvedWall};
+use crate::blade_loft::endwalls::{HubLine, HubSector, HubSet, RevolvedWall};
 use crate::blade_loft::loft_caps::{MeshInWork, close_row};
 use crate::blade_loft::loft_edges::{HUB, HUB_ENDS};
 use crate::grouped_mesh::GroupedMesh;
@@ -33,8 +33,6 @@ pub(crate) struct HubSectorMesh<'w> {
     /// Parts from the blade to the side of the sector.
     pub(crate) parts: usize,
     pub(crate) sector: &'w HubSector,
-    /// Line of the blade.
-    pub(crate) own: &'w HubLine,
 }
 
 /// A line across the hub from the blade, or from the line through its edges, to a side.
@@ -68,9 +66,11 @@ struct RowChains {
     is_onward_upper: bool,
 }
 
-/// Lines of the blades of a set as angles on the wall of one of them, whose line is the first.
+/// Lines of the blades of a set as angles on the wall of one of them.
 struct SetLines {
     lines: Vec<MiddleLine>,
+    /// Number of the line of this blade.
+    own: usize,
     /// Number of the longest line.
     longest: usize,
     /// Angle from one set to the next.
@@ -83,7 +83,7 @@ type HubVertex = (u32, [f64; 2]);
 impl HubSectorMesh<'_> {
     /// Adds the groups `hub` and `hub-ends`: hub, sides, inlet, outlet and inside of the sector.
     pub(crate) fn fill(&self, mesh: &mut GroupedMesh, made: &mut MeshInWork) -> Result<(), LoftError> {
-        if self.sector.n_blades < 2 && self.sector.others.is_empty() {
+        if self.sector.n_blades < 2 && self.sector.set.as_ref().is_none_or(|set| set.lines.len() < 2) {
             return no_sector("a single blade has no neighbour up to which it could go; leave the hub out");
         }
         if self.wall.smallest_radius() <= self.sector.thickness {
@@ -98,8 +98,11 @@ impl HubSectorMesh<'_> {
         let middle = SectorMiddle {
             line: MiddleLine::between([&upper, &lower], &places),
             half_pitch: PI / f64::from(self.sector.n_blades),
-            set: (!self.sector.others.is_empty()).then(|| SetLines::new(self.wall, self.own, self.sector)),
+            set: self.sector.set.as_ref().map(|set| SetLines::new(self.wall, set, self.sector.n_blades)),
         };
+        if middle.set.as_ref().is_some_and(SetLines::is_at_another) {
+            return no_sector("another blade of the set is at the same place around the axis; move one of them");
+        }
         // Lines before and behind the blade, which both halves share.
         let [before, behind] = [[0.0, places[first][0]], [places[last][0], whole]].map(|range| self.lengths(range));
         let mut straight = |lengths: &[f64], from: usize| -> Vec<HubVertex> {
@@ -116,8 +119,8 @@ impl HubSectorMesh<'_> {
             let lines = self.cross_lines(mesh, &starts, [inlet.len(), inlet.len() + chain.len() - 1]);
             halves.push(self.half(mesh, made, &lines, &middle, sign));
         }
-        for (k, half) in halves.iter().enumerate() {
-            self.fill_half(mesh, made, half, is_flipped != (k == 1))?;
+        for (half, sign) in halves.iter().zip([1.0, -1.0]) {
+            self.fill_half(mesh, made, half, (sign, is_flipped != (sign < 0.0)))?;
         }
         self.close(mesh, made, &halves, is_flipped);
         Ok(())
@@ -204,11 +207,10 @@ impl HubSectorMesh<'_> {
         mesh: &mut GroupedMesh,
         made: &mut MeshInWork,
         half: &[Vec<HubVertex>],
-        is_flipped: bool,
-    ) -> Result<(), LoftError> {
         // Lines with the angle growing from the blade turn the other way than those with it
         // falling.
-        let sense = (half[0][self.parts].1[1] - half[0][0].1[1]).signum();
+        (sense, is_flipped): (f64, bool),
+    ) -> Result<(), LoftError> {
         for pair in half.windows(2) {
             for t in 0..self.parts {
                 let [a, b, c, d] = [pair[0][t], pair[1][t], pair[1][t + 1], pair[0][t + 1]];
@@ -217,7 +219,7 @@ impl HubSectorMesh<'_> {
                 for facet in split {
                     let [p, q, r] = facet.map(|(_, place)| place);
                     let area = (q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0]);
-                    if area * sense <= 0.0 {
+                    if area.is_nan() || area * sense <= 0.0 {
                         return no_sector("blades leave no room between them there; correct their number or the hub");
                     }
                     let [i, j, k] = facet.map(|(vertex, _)| vertex);
@@ -339,7 +341,7 @@ impl SectorMiddle {
 }
 
 impl SetLines {
-    fn new(wall: &RevolvedWall, own: &HubLine, sector: &HubSector) -> Self {
+    fn new(wall: &RevolvedWall, set: &HubSet, n_blades: u32) -> Self {
         let line = |line: &HubLine| {
             let mut before: Option<f64> = None;
             let place = |p: &Point3<f64>| {
@@ -351,13 +353,15 @@ impl SetLines {
             };
             MiddleLine(line.points.iter().map(place).collect())
         };
-        let lines: Vec<MiddleLine> = std::iter::once(own).chain(&sector.others).map(line).collect();
+        let lines: Vec<MiddleLine> = set.lines.iter().map(line).collect();
         let length = |k: &usize| -> f64 {
             let [first, last] = lines[*k].ends();
             last - first
         };
-        let longest = (0..lines.len()).max_by(|a, b| length(a).total_cmp(&length(b))).unwrap_or(0);
-        Self { lines, longest, pitch: TAU / f64::from(sector.n_blades) }
+        // The first of those as long, so that it is the same for all blades.
+        let most = (0..lines.len()).map(|k| length(&k)).fold(0.0, f64::max);
+        let longest = (0..lines.len()).find(|k| length(k) >= (1.0 - LEAST) * most).unwrap_or(0);
+        Self { lines, own: set.own, longest, pitch: TAU / f64::from(n_blades) }
     }
 
     /// Change of the longest line's angle from the ends of a line to a length beyond them, 0
@@ -372,23 +376,32 @@ impl SetLines {
         self.lines[k].angle(s) + self.onward(self.lines[k].ends(), s)
     }
 
-    /// Returns the number of the line next to the first one on a side, and what is to be added to
-    /// its angles.
-    fn next(&self, sign: f64) -> (usize, f64) {
-        let [first, last] = self.lines[0].ends();
+    /// Angle from the own line to another in the middle of the own one.
+    fn apart(&self, k: usize) -> f64 {
+        let [first, last] = self.lines[self.own].ends();
         let middle = 0.5 * (first + last);
-        let apart = |k: usize| self.angle(k, middle) - self.angle(0, middle);
-        let around = |k: usize| {
-            let apart = (sign * apart(k)).rem_euclid(self.pitch);
-            if k == 0 || apart == 0.0 { self.pitch } else { apart }
-        };
-        let next = (0..self.lines.len()).min_by(|a, b| around(*a).total_cmp(&around(*b))).unwrap_or(0);
-        (next, sign * around(next) - apart(next))
+        self.angle(k, middle) - self.angle(self.own, middle)
     }
 
-    /// Angle midway between the first line and another.
+    /// Whether another blade is where this one is, or one of the next set.
+    fn is_at_another(&self) -> bool {
+        let is_near = |k: usize| {
+            let share = (self.apart(k) / self.pitch).rem_euclid(1.0);
+            share.min(1.0 - share) < LEAST
+        };
+        (0..self.lines.len()).any(|k| k != self.own && is_near(k))
+    }
+
+    /// Returns the number of the next line on a side, and what is to be added to its angles.
+    fn next(&self, sign: f64) -> (usize, f64) {
+        let around = |k: usize| if k == self.own { self.pitch } else { (sign * self.apart(k)).rem_euclid(self.pitch) };
+        let next = (0..self.lines.len()).min_by(|a, b| around(*a).total_cmp(&around(*b))).unwrap_or(self.own);
+        (next, sign * around(next) - self.apart(next))
+    }
+
+    /// Angle midway between the own line and another.
     fn midway(&self, (k, more): (usize, f64), s: f64) -> f64 {
-        0.5 * (self.angle(0, s) + self.angle(k, s) + more)
+        0.5 * (self.angle(self.own, s) + self.angle(k, s) + more)
     }
 }
 

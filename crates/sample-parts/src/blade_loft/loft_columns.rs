@@ -33,8 +33,7 @@ pub(crate) struct LoftColumn {
 pub(crate) struct LoftEnds {
     pub(crate) walls: [Option<RevolvedWall>; 2],
     pub(crate) kinds: [LoftEnd; 2],
-    /// The sector with the line of its own blade.
-    pub(crate) sector: Option<(HubSector, HubLine)>,
+    pub(crate) sector: Option<HubSector>,
 }
 
 /// Share of the span up to which a section that goes through a wall was meant to lie on it: points
@@ -95,7 +94,7 @@ impl LoftEnds {
             match (&ends.walls[0], ends.kinds[0]) {
                 (None, _) => return Err(no_hub()),
                 (_, LoftEnd::SectionBeforeWall { gap_mm }) => return Err(LoftError::HubNotReached { gap_mm }),
-                (Some(wall), _) => ends.sector = Some((sector.clone(), HubLine::of(wall, &points[0]))),
+                _ => ends.sector = Some(sector.clone()),
             }
         }
         Ok(ends)

@@ -260,7 +260,7 @@ impl BladeLoft {
         let edge_columns = self.edges.map(|[from, _]| divisions.gaps[..from].iter().sum());
         close_row(&mut mesh, TIP, &high, edge_columns, !self.is_counter_clockwise);
         lay_on_wall(&mut mesh, TIP, ends.met_wall(1), tolerance, &mut made);
-        if let (Some((sector, own)), Some(wall)) = (&ends.sector, ends.met_wall(0)) {
+        if let (Some(sector), Some(wall)) = (&ends.sector, ends.met_wall(0)) {
             let on_hub = HubSectorMesh {
                 wall,
                 row: &low,
@@ -268,7 +268,6 @@ impl BladeLoft {
                 is_counter_clockwise: self.is_counter_clockwise,
                 parts: divisions.hub,
                 sector,
-                own,
             };
             on_hub.fill(&mut mesh, &mut made)?;
         } else {

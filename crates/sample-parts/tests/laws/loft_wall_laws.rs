@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use crate::kit;
-use facemill_sample_parts::{BladeLoft, BladeSections, Endwalls, HubSector, LoftEnd, LoftError, LoftedBlade};
+use facemill_sample_parts::{BladeLoft, BladeSections, Endwalls, HubSector, HubSet, LoftEnd, LoftError, LoftedBlade};
 use facemill_test_kit::Random;
 use nalgebra::{Point2, Point3, Unit, Vector3};
 
@@ -85,7 +85,7 @@ impl Annulus {
 
 /// The sector of a blade that is no part of a set.
 fn alone(n_blades: u32, thickness: f64) -> HubSector {
-    HubSector { n_blades, thickness, others: Vec::new() }
+    HubSector { n_blades, thickness, set: None }
 }
 
 fn group_vertices(blade: &LoftedBlade, names: &[&str]) -> BTreeSet<u32> {
@@ -267,7 +267,8 @@ fn sectors_of_a_set_cover_the_hub_between_its_blades_once() {
         let roots = lofts.each_ref().map(|loft| loft.mesh_between(&walls, 0.05).unwrap());
         let lines = lofts.each_ref().map(|loft| loft.line_on_hub(&walls).unwrap());
         let blades = [0, 1].map(|k| {
-            walls.hub_sector = Some(HubSector { others: vec![lines[1 - k].clone()], ..alone(given.n_blades, 3.0) });
+            walls.hub_sector =
+                Some(HubSector { set: Some(HubSet { lines: lines.to_vec(), own: k }), ..alone(given.n_blades, 3.0) });
             lofts[k].mesh_between(&walls, 0.05).unwrap_or_else(|why| panic!("round {round}, blade {k}: {why}"))
         });
         let area = |blade: &LoftedBlade, name: &str| -> f64 {
@@ -283,6 +284,11 @@ fn sectors_of_a_set_cover_the_hub_between_its_blades_once() {
         assert!((covered / whole - 1.0).abs() < 2e-3, "round {round}: {covered} of {whole} mm2");
         // Each blade has a part of it as wide as its room.
         let shares = blades.each_ref().map(|b| area(b, "hub") / whole);
+        // A blade at the place of another has no room.
+        let twice = HubSet { lines: vec![lines[0].clone(); 2], own: 0 };
+        walls.hub_sector = Some(HubSector { set: Some(twice), ..alone(given.n_blades, 3.0) });
+        let why = lofts[0].mesh_between(&walls, 0.05).expect_err("two blades at one place");
+        assert!(why.to_string().contains("at the same place"), "{why}");
         assert!(shares.iter().all(|share| *share > 0.2), "round {round}: {shares:?}");
     }
 }

@@ -21,8 +21,10 @@ fn beyond(x: f64, step_over: f64, allowance: f64) -> PointBeyond {
 
 #[test]
 fn the_text_settles_predicted_cusps_where_it_is_measured_to_keep_them() {
-    let is_kept =
-        |points: &[PointBeyond], left: &[LeftPlace], allowance: f64| is_kept(points, left, (2.0, 0.1, allowance));
+    let kept = |points: &[PointBeyond], left: &[LeftPlace], allowance: f64, is_all_on_region: bool| {
+        is_kept(points, left, &KeptLimits { least_strip: 2.0, cusp: 0.1, allowance, is_all_on_region })
+    };
+    let is_kept = |points: &[PointBeyond], left: &[LeftPlace], allowance: f64| kept(points, left, allowance, true);
     let (low, high) = (places_with(0.1), places_with(0.11));
     for allowance in [0.0, 6.0] {
         let at = |x: f64, step_over: f64| beyond(x, step_over, allowance);
@@ -31,10 +33,12 @@ fn the_text_settles_predicted_cusps_where_it_is_measured_to_keep_them() {
         assert!(!is_kept(&[at(16.0, 5.0)], &high, allowance));
         assert!(!is_kept(&[at(10.0, 5.0), at(16.0, 5.0)], &high, allowance));
         assert!(is_kept(&[at(16.0, 5.0)], &low, allowance));
-        // A strip that the places may miss keeps its prediction, and so does one without a place.
+        // A strip that the places may miss keeps its prediction.
         assert!(!is_kept(&[at(10.0, 1.9)], &low, allowance));
+        // So does a point without a place, unless all of its region is low.
         assert!(!is_kept(&[at(60.0, 5.0)], &high, allowance));
         assert!(is_kept(&[at(60.0, 5.0)], &low, allowance));
+        assert!(!kept(&[at(60.0, 5.0)], &low, allowance, false));
         assert!(!is_kept(&[at(10.0, 5.0)], &[], allowance));
     }
 }
