@@ -309,13 +309,17 @@ fn each_blade_of_a_set_is_on_its_part_of_the_hub() {
     }
     let job = Job::read(written.path()).unwrap();
     let text = as_read(&blade).unwrap().unwrap();
-    // Of the sides from 21 to 32 cm, passes keep two radii of the cutter and 1 mm from the hub.
-    let share = (110.0 - 2.0 * job.tool.cutter().radius() - 1.0) / 110.0;
     let stated = text.split("passes on ").nth(1).unwrap().trim_end_matches(" of the sides");
     let stated: Vec<f64> = stated.split(" and ").map(|share| share.parse().unwrap()).collect();
-    // The splitter is beside, where the hub rises toward the line that its span is along.
-    let is_near = |(stated, less): (&f64, f64)| (share - 0.08 * less - 0.03..share + 0.03).contains(stated);
-    assert!(stated.len() == 4 && stated.iter().zip([0.0, 0.0, 1.0, 1.0]).all(is_near), "{stated:?}: {share}");
+    // Sides end at x = 320 mm and begin on the hub, of 210 mm; the splitter's at 50 to 58 mm of y.
+    // Passes keep two radii of the cutter and 1 mm from the hub's highest place.
+    let share = |y: f64| {
+        let root = f64::sqrt(210.0 * 210.0 - y * y);
+        (320.0 - 210.0 - 2.0 * job.tool.cutter().radius() - 1.0) / (320.0 - root)
+    };
+    let expected = [0.0, 0.0, 54.0, 54.0].map(share);
+    let is_near = |(stated, expected): (&f64, &f64)| (stated - expected).abs() < 0.02;
+    assert!(stated.len() == 4 && stated.iter().zip(&expected).all(is_near), "{stated:?}, not {expected:?}");
     for (k, blade) in BLADES.into_iter().flat_map(|blade| [blade; 2]).enumerate() {
         crate::describe::describe_setup(&job, k).unwrap();
         let groups = |role: RoleFile| -> Vec<String> {

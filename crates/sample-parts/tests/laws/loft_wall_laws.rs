@@ -284,12 +284,12 @@ fn sectors_of_a_set_cover_the_hub_between_its_blades_once() {
         assert!((covered / whole - 1.0).abs() < 2e-3, "round {round}: {covered} of {whole} mm2");
         // Each blade has a part of it as wide as its room.
         let shares = blades.each_ref().map(|b| area(b, "hub") / whole);
+        assert!(shares.iter().all(|share| *share > 0.2), "round {round}: {shares:?}");
         // A blade at the place of another has no room.
         let twice = HubSet { lines: vec![lines[0].clone(); 2], own: 0 };
         walls.hub_sector = Some(HubSector { set: Some(twice), ..alone(given.n_blades, 3.0) });
         let why = lofts[0].mesh_between(&walls, 0.05).expect_err("two blades at one place");
         assert!(why.to_string().contains("at the same place"), "{why}");
-        assert!(shares.iter().all(|share| *share > 0.2), "round {round}: {shares:?}");
     }
 }
 
