@@ -105,13 +105,8 @@ pub enum AptMeaning {
     Comment,
     /// UNITS: mm per unit of the file.
     Unit(f64),
-    /// CUTTER: diameter and corner radius, mm; the corner radius is 0 where it is not given.
-    Cutter {
-        /// Diameter, mm.
-        diameter: f64,
-        /// Corner radius, mm.
-        corner_radius: f64,
-    },
+    /// CUTTER, TLDATA of NX, `$$-> CUTTER` of Creo: the cutter of the points behind it.
+    Cutter(FileCutter),
     /// LOADTL, LOAD/TOOL.
     Tool(u32),
     /// SPINDL with a speed.
@@ -165,6 +160,56 @@ pub enum AptMeaning {
     Auxiliary,
     /// Kept without evaluation.
     Unknown,
+}
+
+/// Cutter that a file describes.
+#[derive(Clone, Debug, PartialEq)]
+pub enum FileCutter {
+    /// A mill.
+    Mill(FileMill),
+    /// Another kind of TLDATA, such as DRILL.
+    Other(String),
+}
+
+/// Mill that a file describes, lengths in mm.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FileMill {
+    /// Statement that describes it.
+    pub word: CutterWord,
+    /// Diameter.
+    pub diameter: f64,
+    /// Corner radius; `None` where it is not written.
+    pub corner_radius: Option<f64>,
+    /// Distance of the centre of the corner from the axis, and its height above the tip; 0 where
+    /// they are not written.
+    pub corner_center: [f64; 2],
+    /// Angle of the bottom to a plane across the axis, deg; 0 where it is not written.
+    pub bottom_deg: f64,
+    /// Angle of the side to the axis, deg; 0 where it is not written.
+    pub side_deg: f64,
+}
+
+/// Statement that describes a mill.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum CutterWord {
+    /// CUTTER.
+    Cutter,
+    /// TLDATA/MILL of NX.
+    Tldata,
+    /// `$$-> CUTTER` of Creo, which never has a corner radius.
+    Creo,
+}
+
+impl CutterWord {
+    /// Returns its name in messages.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Cutter => "CUTTER",
+            Self::Tldata => "TLDATA/MILL",
+            Self::Creo => "CUTTER of Creo",
+        }
+    }
 }
 
 /// Kind of coolant of COOLNT.

@@ -14,6 +14,7 @@
 //! | `chords` | arcs as chords |
 //! | `statement` | statements of a text: words, numbers, continued lines |
 //! | `arc` | arcs of CIRCLE, MOVARC and TLON |
+//! | `cutters` | cutters of CUTTER, TLDATA and Creo's comments |
 //! | `reader` | statements to points and their meaning |
 //! | `writer` | an [`AptSpec`] as text |
 //!
@@ -22,6 +23,7 @@
 mod apt_file;
 mod arc;
 mod chords;
+mod cutters;
 mod reader;
 mod statement;
 mod words;
@@ -29,7 +31,7 @@ mod writer;
 
 pub use apt_file::{
     AptArc, AptCoolant, AptCutter, AptFile, AptMeaning, AptMove, AptPoint, AptPointKind, AptSpec, AptStatement,
-    AptUnknownWord, is_cl_file,
+    AptUnknownWord, CutterWord, FileCutter, FileMill, is_cl_file,
 };
 pub use chords::arc_chords;
 pub use reader::read_apt;

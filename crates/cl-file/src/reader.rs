@@ -5,6 +5,7 @@ use nalgebra::{Point3, Unit, Vector3};
 
 use crate::apt_file::{AptArc, AptCoolant, AptFile, AptMeaning, AptPoint, AptPointKind, AptStatement, AptUnknownWord};
 use crate::arc::{along_circle, circle};
+use crate::cutters;
 use crate::statement::{RawStatement, Statements, parse};
 use facemill_nc_program::read::{ReadError, ReadFault};
 
@@ -89,7 +90,8 @@ impl Default for State {
 impl AptReader {
     fn statement(&mut self, raw: &RawStatement) -> Result<AptMeaning, ReadError> {
         if raw.text.starts_with("$$") {
-            return Ok(AptMeaning::Comment);
+            let cutter = cutters::of_creo(raw, self.state.unit)?;
+            return Ok(cutter.map_or(AptMeaning::Comment, AptMeaning::Cutter));
         }
         let (word, start) = raw.major_word();
         let values = raw.values(start);
@@ -97,7 +99,11 @@ impl AptReader {
             "PARTNO" => AptMeaning::PartName(raw.text[start..].trim().to_owned()),
             "PPRINT" | "INSERT" | "REMARK" | "TPRINT" => AptMeaning::Comment,
             "UNITS" | "UNIT" => self.unit(raw, &values)?,
-            "CUTTER" => self.cutter(raw, &values)?,
+            "CUTTER" => AptMeaning::Cutter(cutters::of_cutter(raw, &values, self.state.unit)?),
+            "TLDATA" => {
+                let cutter = cutters::of_tldata(raw, &values, self.state.unit)?;
+                cutter.map_or(AptMeaning::Auxiliary, AptMeaning::Cutter)
+            }
             "LOADTL" | "LOAD" => tool(raw, &word, &values)?,
             "SPINDL" => self.spindle(raw, &values)?,
             "FEDRAT" => self.feed(raw, &values)?,
@@ -148,8 +154,8 @@ impl AptReader {
             "COOLNT" => AptMeaning::Coolant(coolant(&values)),
             "DELAY" => AptMeaning::Dwell(if has(&values, "REV") { None } else { first_number(&values) }),
             "STOP" | "OPSTOP" => AptMeaning::Stop { optional: word == "OPSTOP" },
-            "SELECT" | "TOOLNO" | "MACHIN" | "INTOL" | "OUTTOL" | "TOLER" | "AUTOPS" | "PAINT" | "TLDATA" | "TOOL"
-            | "TOOLPATH" | "END-OF-PATH" | "PARTID" => AptMeaning::Auxiliary,
+            "SELECT" | "TOOLNO" | "MACHIN" | "INTOL" | "OUTTOL" | "TOLER" | "AUTOPS" | "PAINT" | "TOOL" | "TOOLPATH"
+            | "END-OF-PATH" | "PARTID" => AptMeaning::Auxiliary,
             _ if word.starts_with("CSI_SET_") => AptMeaning::Auxiliary,
             _ => self.keep_unknown(word, raw.line),
         })
@@ -180,13 +186,6 @@ impl AptReader {
             return Err(fault(raw, "UNITS", "expected MM, CM or INCHES"));
         };
         Ok(AptMeaning::Unit(self.state.unit))
-    }
-
-    fn cutter(&self, raw: &RawStatement, values: &[(usize, &str)]) -> Result<AptMeaning, ReadError> {
-        let length = |value: &(usize, &str)| Ok(raw.number(*value)? * self.state.unit);
-        let diameter = values.first().ok_or_else(|| fault(raw, "CUTTER", "expected a diameter"))?;
-        let corner_radius = values.get(1).map(length).transpose()?.unwrap_or(0.0);
-        Ok(AptMeaning::Cutter { diameter: length(diameter)?, corner_radius })
     }
 
     fn feed(&mut self, raw: &RawStatement, values: &[(usize, &str)]) -> Result<AptMeaning, ReadError> {

@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use facemill_cl_data::ClPoint;
 use facemill_cl_file::{
-    AptFile, AptMeaning, AptPoint, AptPointKind, AptStatement, ClSystems, arc_chords, check_units, check_word,
-    csys_frame, free_text, major_word,
+    AptFile, AptMeaning, AptPoint, AptPointKind, AptStatement, ClSystems, CutterWord, FileCutter, FileMill, arc_chords,
+    check_units, check_word, csys_frame, major_word,
 };
 use facemill_tool_model::Cutter;
 use nalgebra::Isometry3;
@@ -15,7 +15,7 @@ use crate::fault::ClPathFault;
 /// Settings for the cuts of a file.
 #[derive(Clone, Copy, Debug)]
 pub struct CutSettings<'c> {
-    /// The cutter, to be compared with CUTTER.
+    /// The cutter, to be compared with that of the file.
     pub cutter: &'c Cutter,
     /// Number of LOADTL; `None` for the only tool that cuts.
     pub tool: Option<u32>,
@@ -110,33 +110,6 @@ fn is_cut(point: &AptPoint) -> bool {
     matches!(point.kind, AptPointKind::Linear | AptPointKind::Arc)
 }
 
-/// Values of a CUTTER, mm and deg.
-#[derive(Clone, Copy)]
-struct FileCutter {
-    line: u32,
-    diameter: f64,
-    /// Corner radius; `None` where it is not written.
-    corner: Option<f64>,
-    /// Distance of the centre of the corner from the axis and from the tip, angle of the bottom
-    /// and of the side; 0 where they are not written.
-    other: [f64; 4],
-}
-
-impl FileCutter {
-    /// Reads the values behind the diameter, in the order of APT; one that is no number counts as
-    /// not written.
-    fn new(statement: &AptStatement, diameter: f64, unit: f64) -> Self {
-        let mut values = [None; 6];
-        for (value, text) in values.iter_mut().zip(free_text(&statement.text).split(',')) {
-            *value = text.trim().parse::<f64>().ok();
-        }
-        let [_, corner, out, up, bottom, side] = values;
-        let length = |value: Option<f64>| value.unwrap_or(0.0) * unit;
-        let other = [length(out), length(up), bottom.unwrap_or(0.0), side.unwrap_or(0.0)];
-        Self { line: statement.line, diameter, corner: corner.map(|corner| corner * unit), other }
-    }
-}
-
 struct CutReader<'a> {
     file: &'a AptFile,
     settings: &'a CutSettings<'a>,
@@ -149,9 +122,9 @@ struct CutReader<'a> {
     /// mm per unit.
     unit: f64,
     has_lengths: bool,
-    /// Last CUTTER.
-    cutter: Option<FileCutter>,
-    /// CUTTER of the line that was compared.
+    /// Last cutter, with its line.
+    cutter: Option<(u32, FileCutter)>,
+    /// Line of the cutter that was compared.
     compared: Option<u32>,
     /// Where the tool is.
     at: Option<FilePoint>,
@@ -192,7 +165,7 @@ impl<'a> CutReader<'a> {
                     self.note(line, note);
                 }
             }
-            AptMeaning::Cutter { diameter, .. } => self.cutter = Some(FileCutter::new(statement, *diameter, self.unit)),
+            AptMeaning::Cutter(cutter) => self.cutter = Some((line, cutter.clone())),
             AptMeaning::Unit(unit) => {
                 if *unit != self.unit && self.has_lengths {
                     let why = "UNITS changes the unit behind points, frames or feeds: put it before them";
@@ -281,18 +254,28 @@ impl<'a> CutReader<'a> {
     }
 
     fn compare_cutter(&mut self) -> Result<(), ClPathFault> {
-        let Some(FileCutter { line, diameter, corner, other }) = self.cutter else { return Ok(()) };
-        if self.compared == Some(line) {
-            return Ok(());
-        }
+        let line = match &self.cutter {
+            Some((line, _)) if self.compared != Some(*line) => *line,
+            _ => return Ok(()),
+        };
         self.compared = Some(line);
+        let mill = match &self.cutter {
+            Some((_, FileCutter::Mill(mill))) => *mill,
+            Some((_, FileCutter::Other(kind))) => {
+                let why = format!("TLDATA/{kind} is no mill, and the operation's tool is one");
+                return Err(ClPathFault::at(line, why));
+            }
+            None => return Ok(()),
+        };
+        let FileMill { word, diameter, corner_radius: corner, corner_center: [out, up], bottom_deg, side_deg } = mill;
         let own = (2.0 * self.settings.cutter.radius(), self.settings.cutter.corner_radius());
+        let (is_of_creo, word) = (word == CutterWord::Creo, word.name());
         let differs = |a: f64, b: f64| (a - b).abs() > SAME_CUTTER;
         if differs(diameter, own.0) || corner.is_some_and(|corner| differs(corner, own.1)) {
             let corner =
                 corner.map_or("no corner radius".to_owned(), |mm| format!("a corner radius of {} mm", shown(mm)));
             let why = format!(
-                "CUTTER has a diameter of {} mm and {corner}, and the operation's tool has {} mm and {} mm: \
+                "{word} has a diameter of {} mm and {corner}, and the operation's tool has {} mm and {} mm: \
                  its tip would not touch where the file's does; give the operation the file's tool, or post the path for \
                  this one, and see that UNITS is right",
                 shown(diameter),
@@ -301,7 +284,9 @@ impl<'a> CutReader<'a> {
             );
             return Err(ClPathFault::at(line, why));
         }
-        if corner.is_none() && own.1 > SAME_CUTTER {
+        if is_of_creo {
+            self.note(line, "CUTTER of Creo has no corner radius: that of the operation's tool is taken");
+        } else if corner.is_none() && own.1 > SAME_CUTTER {
             let why = format!(
                 "CUTTER gives no corner radius, and the operation's tool has one of {} mm: a flat end mill would touch \
                  elsewhere; write the corner radius behind the diameter if the file's tool has this one",
@@ -309,11 +294,10 @@ impl<'a> CutReader<'a> {
             );
             return Err(ClPathFault::at(line, why));
         }
-        let [out, up, bottom, side] = other;
-        for (value, name) in [(bottom, "bottom"), (side, "side")] {
+        for (value, name) in [(bottom_deg, "bottom"), (side_deg, "side")] {
             if value != 0.0 {
                 let why = format!(
-                    "CUTTER has an angle of {value} deg at its {name}, and tools of operations have none: their {name} \
+                    "{word} has an angle of {value} deg at its {name}, and tools of operations have none: their {name} \
                      would touch elsewhere"
                 );
                 return Err(ClPathFault::at(line, why));
@@ -323,7 +307,7 @@ impl<'a> CutReader<'a> {
         let (is_out, is_up) = (differs(out, 0.5 * own.0 - own.1), differs(up, own.1));
         if out != 0.0 && is_out || up != 0.0 && is_up {
             let why = format!(
-                "CUTTER has the centre of its corner {} mm from the axis and {} mm above the tip, and the operation's tool \
+                "{word} has the centre of its corner {} mm from the axis and {} mm above the tip, and the operation's tool \
                  has it at {} mm and {} mm: they have different shapes",
                 shown(out),
                 shown(up),

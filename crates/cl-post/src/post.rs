@@ -3,11 +3,11 @@
 use std::path::Path;
 
 use facemill_cl_data::Monitor;
-use facemill_cl_file::AptFile;
+use facemill_cl_file::{AptFile, CutterWord, FileCutter};
 use facemill_job::format::program_stamp::ProgramStamp;
 use facemill_job::setup::word_map::word_frame;
 use facemill_nc_program::{ProgramSpec, write_sections};
-use facemill_tool_model::SpindleRotation;
+use facemill_tool_model::{Cutter, SpindleRotation};
 use facemill_verification::text_times::{TimedText, times_of_text};
 use facemill_virtual_machine::motion::axis_motion::MotionContext;
 
@@ -128,7 +128,7 @@ struct MadePart<'a> {
     blocks: ToolBlocks,
 }
 
-/// Difference of a measure in CUTTER from the tool's that is none, mm.
+/// Difference of a measure of the file's cutter from the tool's that is none, mm.
 const SAME_CUTTER: f64 = 0.005;
 
 impl<'a> MadePart<'a> {
@@ -141,7 +141,7 @@ impl<'a> MadePart<'a> {
     ) -> Result<Self, PostFault> {
         let tool = scene.tool(part.tool, part.line)?;
         check_tool(tool, part, &mut remarks.notes);
-        let mut part = ToolPart { steps: part.steps.clone(), ..*part };
+        let mut part = ToolPart { steps: part.steps.clone(), cutters: Vec::new(), ..*part };
         add_ends(&mut part, options, &mut remarks.notes)?;
         let moves: Vec<PathMove> =
             part.steps.iter().filter_map(|step| if let Step::Move(m) = step { Some(*m) } else { None }).collect();
@@ -157,21 +157,9 @@ impl<'a> MadePart<'a> {
 
 /// Remarks on a tool that is not the file's.
 fn check_tool(tool: &PostTool<'_>, part: &ToolPart, notes: &mut Vec<PostNote>) {
-    let cutter = tool.tool.cutter();
-    if let Some((line, diameter, corner)) = part.cutter {
-        let own = (2.0 * cutter.radius(), cutter.corner_radius());
-        if (diameter - own.0).abs() > SAME_CUTTER || (corner - own.1).abs() > SAME_CUTTER {
-            notes.push(PostNote::at(
-                line,
-                format!(
-                    "ANOTHER CUTTER: CUTTER has diameter {diameter:.3} and corner radius {corner:.3} mm, the file of T{} \
-                     {:.3} and {:.3} mm",
-                    tool.tool.number(),
-                    own.0,
-                    own.1
-                ),
-            ));
-        }
+    for (line, cutter) in &part.cutters {
+        let why = other_cutter(cutter, tool.tool.cutter(), tool.tool.number());
+        notes.extend(why.map(|why| PostNote::at(*line, format!("ANOTHER CUTTER: {why}"))));
     }
     let clockwise = tool.tool.spindle_rotation() == SpindleRotation::Clockwise;
     let is_against = |step: &Step| matches!(step, Step::SpindleOn(spindle) if spindle.clockwise != clockwise);
@@ -179,6 +167,31 @@ fn check_tool(tool: &PostTool<'_>, part: &ToolPart, notes: &mut Vec<PostNote>) {
         let text = format!("the spindle turns against the sense in the file of T{}", tool.tool.number());
         notes.push(PostNote::at(part.line, text));
     }
+}
+
+/// Returns how a cutter of the file differs from that of tool `number`, if it does.
+fn other_cutter(of_file: &FileCutter, own: &Cutter, number: u32) -> Option<String> {
+    let mill = match of_file {
+        FileCutter::Mill(mill) => mill,
+        FileCutter::Other(kind) => return Some(format!("TLDATA/{kind} is no mill, and the file of T{number} is one")),
+    };
+    let word = mill.word.name();
+    // CUTTER without a corner radius is a flat end mill; Creo never gives one.
+    let corner = mill.corner_radius.or((mill.word != CutterWord::Creo).then_some(0.0));
+    let (own_diameter, own_corner) = (2.0 * own.radius(), own.corner_radius());
+    let differs = |a: f64, b: f64| (a - b).abs() > SAME_CUTTER;
+    if differs(mill.diameter, own_diameter) || corner.is_some_and(|corner| differs(corner, own_corner)) {
+        let measures = |diameter: f64, corner: Option<f64>| {
+            corner.map_or_else(
+                || format!("diameter {diameter:.3} mm"),
+                |corner| format!("diameter {diameter:.3} and corner radius {corner:.3} mm"),
+            )
+        };
+        let (there, here) = (measures(mill.diameter, corner), measures(own_diameter, Some(own_corner)));
+        return Some(format!("{word} has {there}, the file of T{number} {here}"));
+    }
+    let angle = [("bottom", mill.bottom_deg), ("side", mill.side_deg)].into_iter().find(|(_, deg)| *deg != 0.0);
+    angle.map(|(place, deg)| format!("{word} has an angle of {deg} deg at its {place}, the file of T{number} none"))
 }
 
 /// Begins and ends a part away from the cut: a part that begins or ends with one is refused

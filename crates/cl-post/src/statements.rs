@@ -65,7 +65,7 @@ pub(crate) fn treatment(statement: &AptStatement, word: &str) -> Treatment {
         AptMeaning::Comment if is_text(word) => Treatment::AsComment,
         AptMeaning::Auxiliary if is_operation(word, free_text(&statement.text)) => Treatment::AsComment,
         AptMeaning::Unit(_)
-        | AptMeaning::Cutter { .. }
+        | AptMeaning::Cutter(_)
         | AptMeaning::MultiAxis(_)
         | AptMeaning::ToolAxis
         | AptMeaning::Frame(Some(_)) => Treatment::Applied,
@@ -90,8 +90,12 @@ pub(crate) struct WordCounts {
 
 impl WordCounts {
     /// Counts a statement. A word with several treatments has the one that loses most.
+    /// Creo's cutter is a word of its own among its comments.
     pub(crate) fn count(&mut self, statement: &AptStatement) {
-        let word = major_word(&statement.text);
+        let mut word = major_word(&statement.text);
+        if word == "$$" && matches!(statement.meaning, AptMeaning::Cutter(_)) {
+            word = "$$-> CUTTER".to_owned();
+        }
         let treatment = treatment(statement, &word);
         match self.index.get(&word) {
             Some(&k) => {

@@ -2,8 +2,8 @@
 
 use facemill_cl_data::{ClPoint, Monitor};
 use facemill_cl_file::{
-    AptCoolant, AptFile, AptMeaning, AptPoint, AptPointKind, AptStatement, ClSystems, arc_chords, check_units,
-    check_word, csys_frame, free_text, major_word,
+    AptCoolant, AptFile, AptMeaning, AptPoint, AptPointKind, AptStatement, ClSystems, FileCutter, arc_chords,
+    check_units, check_word, csys_frame, free_text, major_word,
 };
 use facemill_nc_program::{Coolant, SpindleSpec};
 use nalgebra::Isometry3;
@@ -35,8 +35,8 @@ pub(crate) struct ToolPart {
     pub(crate) tool: Option<u32>,
     /// Line at which it begins.
     pub(crate) line: u32,
-    /// Diameter and corner radius of CUTTER, mm, with its line.
-    pub(crate) cutter: Option<(u32, f64, f64)>,
+    /// Cutters of the file for its points, with their lines.
+    pub(crate) cutters: Vec<(u32, FileCutter)>,
     /// Speed and sense before the first step.
     pub(crate) spindle: SpindleSpec,
     /// Coolant before the first step.
@@ -114,8 +114,8 @@ struct StepReader<'a> {
     is_said_off: bool,
     coolant: Coolant,
     cycle: Option<Cycle>,
-    /// The last CUTTER: line, diameter and corner radius, mm.
-    cutter: Option<(u32, f64, f64)>,
+    /// The last cutter, with its line.
+    cutter: Option<(u32, FileCutter)>,
     systems: ClSystems,
     /// Moves of all parts.
     n_moves: usize,
@@ -135,7 +135,7 @@ struct OpenPart {
     points: usize,
     arcs: usize,
     has_moved: bool,
-    cutter: Option<(u32, f64, f64)>,
+    cutters: Vec<(u32, FileCutter)>,
 }
 
 impl<'a> StepReader<'a> {
@@ -167,9 +167,7 @@ impl<'a> StepReader<'a> {
         match &statement.meaning {
             AptMeaning::PartName(name) if !name.is_empty() => self.out.name = Some(name.clone()),
             AptMeaning::Comment | AptMeaning::Auxiliary => self.comment(statement)?,
-            AptMeaning::Cutter { diameter, corner_radius } => {
-                self.cutter = Some((line, *diameter, *corner_radius));
-            }
+            AptMeaning::Cutter(cutter) => self.cutter = Some((line, cutter.clone())),
             AptMeaning::Feed(_) | AptMeaning::FeedPerRevolution(_) => self.has_lengths = true,
             AptMeaning::Unit(unit) => self.unit(*unit, line)?,
             AptMeaning::Tool(number) => self.tool(*number, line)?,
@@ -350,13 +348,19 @@ impl<'a> StepReader<'a> {
         if cl.tip.coords.amax() > FARTHEST {
             return Err(PostFault::at(point.line, format!("a coordinate is beyond {FARTHEST} mm")));
         }
+        // Operations of NX with one tool each begin with the same cutter.
+        if let Some((line, cutter)) = &self.cutter
+            && self.part.cutters.len() < MAX_CUTTERS
+            && self.part.cutters.iter().all(|(_, before)| before != cutter)
+        {
+            self.part.cutters.push((*line, cutter.clone()));
+        }
         self.part.points += 1;
         self.has_lengths = true;
         self.count_moves(1, point.line)?;
         if !self.part.has_moved {
             self.part.coolant = Some(self.coolant);
             self.part.has_moved = true;
-            self.part.cutter = self.cutter;
             // The header starts the spindle.
             if self.is_said_off {
                 self.part.steps.push(Step::SpindleOff);
@@ -497,7 +501,7 @@ impl<'a> StepReader<'a> {
         self.out.parts.push(ToolPart {
             tool: part.tool,
             line: part.line,
-            cutter: part.cutter,
+            cutters: part.cutters,
             spindle,
             coolant,
             steps: part.steps,
@@ -537,6 +541,9 @@ const MAX_MOVES: usize = 20_000_000;
 
 /// Most parts of a file with one tool each.
 const MAX_PARTS: usize = 999;
+
+/// Most different cutters of a part that are compared with its tool: two are a fault.
+const MAX_CUTTERS: usize = 20;
 
 /// Unknown words that are listed as faults; the table of words has them all.
 const LISTED_WORDS: usize = 20;

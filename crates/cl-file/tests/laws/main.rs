@@ -99,7 +99,15 @@ FINI
     let text = write_apt(&spec(moves)).unwrap();
     assert_eq!(text, expected);
     let meanings: Vec<_> = read_apt(&text).unwrap().statements.into_iter().map(|s| s.meaning).collect();
-    assert_eq!(meanings[3], AptMeaning::Cutter { diameter: 160.0, corner_radius: 6.0 });
+    let mill = FileMill {
+        word: CutterWord::Cutter,
+        diameter: 160.0,
+        corner_radius: Some(6.0),
+        corner_center: [74.0, 6.0],
+        bottom_deg: 0.0,
+        side_deg: 0.0,
+    };
+    assert_eq!(meanings[3], AptMeaning::Cutter(FileCutter::Mill(mill)));
     assert_eq!(meanings[5], AptMeaning::Spindle { rpm: 350.0, clockwise: false });
     assert_eq!(meanings.last(), Some(&AptMeaning::End));
 }
@@ -207,6 +215,35 @@ fn a_feed_per_revolution_follows_the_spindle() {
     let feeds: Vec<f64> = file.points.iter().map(|p| p.feed.unwrap()).collect();
     let expected = [200.0, 100.0, 0.1 * 25.4 * 500.0, 100.0, 7.0];
     assert!(feeds.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-9), "{feeds:?}");
+}
+
+/// The values of CUTTER and TLDATA have orders of their own; Creo's comment has the diameter alone.
+#[test]
+fn cutters_of_three_systems_are_the_same_mill() {
+    let text = "UNITS/INCHES\nCUTTER/2,0.25,0.75,0.25,3,5,4\nTLDATA/MILL,2.0,0.25,4.0,5.0,3.0,0.75,0.25\n\
+                $$-> CUTTER / 2.0\nTLDATA/DRILL,MILL,10.0,0.0,80.0,118.0,35.0\nCUTTER/2\n$$-> CUTTERS / 2\nTLDATA";
+    let file = read_apt(text).unwrap();
+    let of = |k: usize| match &file.statements[k].meaning {
+        AptMeaning::Cutter(FileCutter::Mill(mill)) => *mill,
+        other => panic!("{other:?}"),
+    };
+    let whole = FileMill {
+        word: CutterWord::Cutter,
+        diameter: 50.8,
+        corner_radius: Some(6.35),
+        corner_center: [0.75 * 25.4, 6.35],
+        bottom_deg: 3.0,
+        side_deg: 5.0,
+    };
+    assert_eq!(of(1), whole);
+    assert_eq!(of(2), FileMill { word: CutterWord::Tldata, ..whole });
+    let bare =
+        FileMill { corner_radius: None, corner_center: [0.0; 2], bottom_deg: 0.0, side_deg: 0.0, ..whole };
+    assert_eq!(of(3), FileMill { word: CutterWord::Creo, ..bare });
+    assert_eq!(of(5), bare);
+    assert_eq!(file.statements[4].meaning, AptMeaning::Cutter(FileCutter::Other("DRILL".to_owned())));
+    assert_eq!(file.statements[6].meaning, AptMeaning::Comment);
+    assert_eq!(file.statements[7].meaning, AptMeaning::Auxiliary);
 }
 
 /// Creo's frames are comments over several lines.
@@ -321,6 +358,10 @@ fn faults_are_placed() {
             "line 2, column 1: TLON: no INDIRV says in which direction the circle is followed",
         ),
         ("CUTTER/", "line 1, column 1: CUTTER: expected a diameter"),
+        ("$$-> CUTTER /", "line 1, column 1: CUTTER: expected a diameter"),
+        ("$$-> CUTTER / wide", "line 1, column 15: `wide` has no valid number"),
+        ("TLDATA/MILL,20", "line 1, column 1: TLDATA: expected diameter and lower radius behind MILL"),
+        ("TLDATA/MILL,20,one,75", "line 1, column 16: `one` has no valid number"),
     ] {
         assert_eq!(read_apt(text).unwrap_err().to_string(), expected, "{text}");
     }

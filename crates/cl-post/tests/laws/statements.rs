@@ -137,6 +137,40 @@ fn another_cutter_or_sense_of_the_spindle_is_noted() {
     assert!(cut_off.iter().any(|n| n.text.starts_with("FINI is missing")), "{cut_off:?}");
 }
 
+/// Cutters of NX and of Creo count as that of CUTTER does, also that of a later operation with the
+/// same tool.
+#[test]
+fn cutters_of_other_systems_are_compared_with_the_tool() {
+    let stage = Stage::fanuc("head-b-table-c", 3);
+    let another = |cutter: &str| {
+        let report = stage.post(&format!("{HEAD}{cutter}\nGOTO/0,0,50\nRAPID\nGOTO/0,0,60\nFINI")).report;
+        let found = report.notes.into_iter().filter(|n| n.text.starts_with("ANOTHER CUTTER: "));
+        found.map(|n| (n.line.unwrap(), n.text["ANOTHER CUTTER: ".len()..].to_owned())).collect::<Vec<_>>()
+    };
+    for same in ["TLDATA/MILL,20.0000,1.0000,75.0000,0.0000,0.0000", "$$-> CUTTER / 20.000000", "CUTTER/20,1,9,1,0,0,50"] {
+        assert_eq!(another(same), [], "{same}");
+    }
+    for (other, expected) in [
+        (
+            "TLDATA/MILL,50.0,5.0,75.0,0.0,0.0",
+            "TLDATA/MILL has diameter 50.000 and corner radius 5.000 mm, the file of T7 diameter 20.000 and corner radius \
+             1.000 mm",
+        ),
+        (
+            "$$-> CUTTER / 12.0",
+            "CUTTER of Creo has diameter 12.000 mm, the file of T7 diameter 20.000 and corner radius 1.000 mm",
+        ),
+        ("TLDATA/MILL,20,1,75,3,0", "TLDATA/MILL has an angle of 3 deg at its side, the file of T7 none"),
+        ("CUTTER/20,1,9,1,2", "CUTTER has an angle of 2 deg at its bottom, the file of T7 none"),
+        ("TLDATA/DRILL,MILL,20,0,80,118,35", "TLDATA/DRILL is no mill, and the file of T7 is one"),
+    ] {
+        assert_eq!(another(other), [(8, expected.to_owned())], "{other}");
+    }
+    let words = stage.post(&format!("$$ a\n$$-> CUTTER / 20\n{HEAD}FINI")).report.words;
+    let treatments: Vec<_> = words.iter().take(2).map(|w| (w.word.as_str(), w.treatment)).collect();
+    assert_eq!(treatments, [("$$", Treatment::NoEffect), ("$$-> CUTTER", Treatment::Applied)]);
+}
+
 /// A point that repeats the one before is not written again.
 #[test]
 fn repeated_points_are_counted_and_left_out() {
