@@ -68,7 +68,7 @@ pub fn post_cl(
     options.check()?;
     let FileSteps { name, parts, words, mut faults, notes } = steps(file, options, monitor)?;
     let name = name.unwrap_or_else(|| options.name.clone());
-    let mut remarks = Remarks { notes, unproven: Vec::new() };
+    let mut remarks = Remarks { notes, ..Remarks::default() };
     let mut made = Vec::new();
     for part in &parts {
         made.push(MadePart::new(scene, options, (part, &name), &mut remarks, monitor)?);
@@ -89,7 +89,8 @@ pub fn post_cl(
     let compared = compare(scene, &written.text, &of_text, options.tolerance);
     let tools = posted_tools(scene, &parts, (&made, &compared.times), (&written.text, &written.block_lines));
     let is_as_meant = compared.faults.is_empty();
-    let Remarks { notes, unproven } = remarks;
+    let Remarks { notes, unproven, other_cutters } = remarks;
+    faults.extend(other_cutters);
     faults.extend(compared.faults);
     faults.extend(unproven.iter().cloned());
     let stamps = (cl_file, ProgramStamp::new(program, written.text.as_bytes()));
@@ -140,7 +141,7 @@ impl<'a> MadePart<'a> {
         monitor: &dyn Monitor,
     ) -> Result<Self, PostFault> {
         let tool = scene.tool(part.tool, part.line)?;
-        check_tool(tool, part, &mut remarks.notes);
+        check_tool(tool, part, options, remarks);
         let mut part = ToolPart { steps: part.steps.clone(), cutters: Vec::new(), ..*part };
         add_ends(&mut part, options, &mut remarks.notes)?;
         let moves: Vec<PathMove> =
@@ -155,11 +156,14 @@ impl<'a> MadePart<'a> {
     }
 }
 
-/// Remarks on a tool that is not the file's.
-fn check_tool(tool: &PostTool<'_>, part: &ToolPart, notes: &mut Vec<PostNote>) {
+/// Remarks on a tool that is not the file's. Another cutter is a fault: the tip is programmed, and
+/// the part gets another shape.
+fn check_tool(tool: &PostTool<'_>, part: &ToolPart, options: &PostOptions, remarks: &mut Remarks) {
+    let Remarks { notes, other_cutters, .. } = remarks;
+    let list = if options.other_cutter { &mut *notes } else { other_cutters };
     for (line, cutter) in &part.cutters {
         let why = other_cutter(cutter, tool.tool.cutter(), tool.tool.number());
-        notes.extend(why.map(|why| PostNote::at(*line, format!("ANOTHER CUTTER: {why}"))));
+        list.extend(why.map(|why| PostNote::at(*line, format!("ANOTHER CUTTER: {why}"))));
     }
     let clockwise = tool.tool.spindle_rotation() == SpindleRotation::Clockwise;
     let is_against = |step: &Step| matches!(step, Step::SpindleOn(spindle) if spindle.clockwise != clockwise);

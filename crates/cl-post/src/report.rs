@@ -176,6 +176,8 @@ pub(crate) struct Remarks {
     pub(crate) notes: Vec<PostNote>,
     /// Motions that are faults unless a run against the part finds nothing.
     pub(crate) unproven: Vec<PostNote>,
+    /// Cutters of the file that are not the tool's: faults.
+    pub(crate) other_cutters: Vec<PostNote>,
 }
 
 /// Largest number of notes in the summary; the file has them all.

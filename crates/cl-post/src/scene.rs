@@ -53,6 +53,9 @@ pub struct PostOptions {
     /// Whether feeds are lowered to those that the axes reach within acceleration and jerk; if not,
     /// their largest velocities alone lower them.
     pub law_feeds: bool,
+    /// Whether the tool is meant to differ from the cutter of the file, such as a reground one: a
+    /// difference is a note then, and not a fault.
+    pub other_cutter: bool,
     /// Largest number of positions of a tool, those inserted with them. Larger: more memory, some
     /// hundred bytes each.
     pub max_positions: usize,
@@ -75,7 +78,7 @@ pub const MAX_RETRACT: f64 = 1000.0;
 
 impl PostOptions {
     /// Returns 0.01 mm in cuts, 0.5 mm in rapids, no retract, the branch nearest to home, feeds
-    /// within acceleration and jerk, and 20 million positions.
+    /// within acceleration and jerk, another cutter as a fault, and 20 million positions.
     pub fn new(name: impl Into<String>) -> Self {
         Self {
             name: name.into(),
@@ -84,6 +87,7 @@ impl PostOptions {
             retract: None,
             branch: BranchPreference::Nearest,
             law_feeds: true,
+            other_cutter: false,
             max_positions: 20_000_000,
         }
     }

@@ -151,6 +151,28 @@ fn a_posted_program_and_its_report_are_written() {
     assert!(report["deviation"]["tip_mm"].as_f64().unwrap() < 0.01);
 }
 
+/// A tool that is not the file's has exit code 1, and 0 if it is meant; the program is written both
+/// times.
+#[test]
+fn another_cutter_has_exit_code_1_unless_it_is_meant() {
+    let job = short_file("");
+    let machine = preset(&job, "table-table-a-c");
+    let tool = place(&job, "tool.json");
+    let options = ["--machine", &machine, "--tool", &tool, "--dialect", "fanuc", "--mount", "0,0,50"];
+    for cutter in ["CUTTER/3,0", "TLDATA/MILL,3,0,75,0,0", "$$-> CUTTER / 3.0"] {
+        job.write("part.apt", SHORT.replace("MULTAX", &format!("{cutter}\nMULTAX")).as_bytes());
+        let (code, printed, errors) = post(&job, "part.apt", &options);
+        assert_eq!(code, 1, "{printed}{errors}");
+        let report = job.json("posted.post.json");
+        assert_eq!((report["faults"].as_array().map(Vec::len), &report["faults"][0]["line"]), (Some(1), &json!(2)));
+        let program = std::fs::read(job.path("posted.nc")).expect("a program");
+        let (code, printed, errors) = post(&job, "part.apt", &[&options[..], &["--other-cutter"]].concat());
+        assert_eq!(code, 0, "{printed}{errors}");
+        assert!(printed.contains("line 2: ANOTHER CUTTER: "), "{printed}");
+        assert_eq!(program, std::fs::read(job.path("posted.nc")).expect("a program"));
+    }
+}
+
 /// A part in the way is found, and the exit code says so.
 #[test]
 fn a_program_that_cuts_into_the_part_has_faults() {

@@ -25,8 +25,14 @@ fn is_posted_everywhere(name: &str) {
             let mut stage = Stage::control(machine, dialect, None);
             stage.tools = numbers.iter().map(|number| tool(*number, LENGTH)).collect();
             stage.table_from_work *= Isometry3::from(-center);
-            let options =
-                PostOptions { retract: Some(5.0), law_feeds: false, tolerance: 0.05, ..PostOptions::new(name) };
+            // The tools of the file are others.
+            let options = PostOptions {
+                retract: Some(5.0),
+                law_feeds: false,
+                tolerance: 0.05,
+                other_cutter: true,
+                ..PostOptions::new(name)
+            };
             let posted = stage
                 .post_with(&text, &options)
                 .unwrap_or_else(|e| panic!("{name} on {machine} for {}: {e}", dialect.name()));

@@ -1,6 +1,6 @@
 //! Treatment of each statement.
 
-use facemill_cl_post::{PostOptions, Treatment};
+use facemill_cl_post::{PostNote, PostOptions, Treatment};
 use nalgebra::Vector3;
 
 use crate::kit::*;
@@ -119,14 +119,21 @@ fn a_file_that_begins_or_ends_in_a_cut_needs_a_retract() {
     assert!(stage.post(&begun.replace("FINI", "RAPID\nGOTO/5,0,80\nFINI")).report.is_clean());
 }
 
-/// A tool file that is not the tool of the file is shown to the operator.
+/// A tool file that is not the tool of the file is a fault, unless that is meant; the program is
+/// written.
 #[test]
-fn another_cutter_or_sense_of_the_spindle_is_noted() {
+fn another_cutter_is_a_fault_and_another_sense_of_the_spindle_a_note() {
     let stage = Stage::fanuc("head-b-table-c", 3);
     let text = format!("CUTTER/12,0\n{}FINI", HEAD.replace("CLW", "CCLW"));
-    let notes: Vec<String> = stage.post(&text).report.notes.into_iter().map(|n| n.text).collect();
-    assert!(notes.iter().any(|n| n.starts_with("ANOTHER CUTTER: CUTTER has diameter 12.000")), "{notes:?}");
-    assert!(notes.iter().any(|n| n.starts_with("the spindle turns against the sense")), "{notes:?}");
+    let is_cutter = |n: &PostNote| n.line == Some(1) && n.text.starts_with("ANOTHER CUTTER: CUTTER has diameter 12.000");
+    let posted = stage.post(&text);
+    assert!(posted.is_as_meant && !posted.report.is_clean());
+    assert!(posted.report.faults.len() == 1 && is_cutter(&posted.report.faults[0]), "{:?}", posted.report.faults);
+    let notes = &posted.report.notes;
+    assert!(notes.len() == 1 && notes[0].text.starts_with("the spindle turns against the sense"), "{notes:?}");
+    let meant = stage.post_with(&text, &PostOptions { other_cutter: true, ..PostOptions::new("test") }).unwrap();
+    assert!(meant.report.is_clean() && meant.report.notes.iter().any(is_cutter), "{:?}", meant.report.notes);
+    assert_eq!(meant.text, posted.text);
     let later = format!("{HEAD}SPINDL/CCLW\nGOTO/0,0,50\nRAPID\nGOTO/0,0,60\nFINI");
     let posted = stage.post(&later);
     assert!(posted.text.contains("S3000 M4"), "{}", posted.text);
@@ -144,7 +151,7 @@ fn cutters_of_other_systems_are_compared_with_the_tool() {
     let stage = Stage::fanuc("head-b-table-c", 3);
     let another = |cutter: &str| {
         let report = stage.post(&format!("{HEAD}{cutter}\nGOTO/0,0,50\nRAPID\nGOTO/0,0,60\nFINI")).report;
-        let found = report.notes.into_iter().filter(|n| n.text.starts_with("ANOTHER CUTTER: "));
+        let found = report.faults.into_iter().filter(|n| n.text.starts_with("ANOTHER CUTTER: "));
         found.map(|n| (n.line.unwrap(), n.text["ANOTHER CUTTER: ".len()..].to_owned())).collect::<Vec<_>>()
     };
     for same in ["TLDATA/MILL,20.0000,1.0000,75.0000,0.0000,0.0000", "$$-> CUTTER / 20.000000", "CUTTER/20,1,9,1,0,0,50"] {

@@ -23,9 +23,9 @@ use crate::cli::progress::Progress;
 pub(crate) const EXIT_CODES: &str = "\
 Exit codes:
   0  the program is written, and is what the CL file says
-  1  the program lacks something (cycles, words), turns rotary axes in a rapid without a lift,
-     differs from the file (it is then written with .rejected in its name), or has faults against
-     the part
+  1  the program lacks something (cycles, words), is for another cutter than the file's, turns
+     rotary axes in a rapid without a lift, differs from the file (it is then written with
+     .rejected in its name), or has faults against the part
   2  the CL file or another input is wrong, or the machine cannot follow the file; nothing is written
   3  a file could not be written";
 
@@ -113,6 +113,10 @@ pub(crate) struct PostArguments {
     /// Keep feeds that the axes do not reach within acceleration and jerk
     #[arg(long)]
     pub(crate) given_feeds: bool,
+    /// Post for a tool that is not the cutter of the file, such as a reground one: the difference is
+    /// a note, and not a fault
+    #[arg(long)]
+    pub(crate) other_cutter: bool,
     /// Output file for the program; its report (JSON) has the same name with .post.json
     #[arg(short, long, value_name = "FILE")]
     pub(crate) out: PathBuf,
@@ -174,6 +178,7 @@ pub(crate) fn run(arguments: &PostArguments) -> Result<ExitCode, Failure> {
         retract: arguments.retract_mm,
         branch: arguments.branch,
         law_feeds: !arguments.given_feeds,
+        other_cutter: arguments.other_cutter,
         ..PostOptions::new(cl_path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned()))
     };
     let monitor = Progress::new(false).start("post the points", file.points.len());
