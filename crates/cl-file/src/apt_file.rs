@@ -81,6 +81,31 @@ pub struct AptFile {
     pub arcs: Vec<AptArc>,
     /// Major words that were kept without evaluation, by first appearance.
     pub unknown: Vec<AptUnknownWord>,
+    /// Unit that was given beside the file: that of one without UNITS.
+    pub given_unit: Option<ClUnit>,
+}
+
+/// Unit of the lengths of a CL file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ClUnit {
+    /// mm.
+    Millimetre,
+    /// 10 mm.
+    Centimetre,
+    /// 25.4 mm.
+    Inch,
+}
+
+impl ClUnit {
+    /// Returns its length in mm.
+    #[must_use]
+    pub fn mm(self) -> f64 {
+        match self {
+            Self::Millimetre => 1.0,
+            Self::Centimetre => 10.0,
+            Self::Inch => 25.4,
+        }
+    }
 }
 
 /// A statement of an APT file.

@@ -31,9 +31,9 @@ mod writer;
 
 pub use apt_file::{
     AptArc, AptCoolant, AptCutter, AptFile, AptMeaning, AptMove, AptPoint, AptPointKind, AptSpec, AptStatement,
-    AptUnknownWord, CutterWord, FileCutter, FileMill, is_cl_file,
+    AptUnknownWord, ClUnit, CutterWord, FileCutter, FileMill, is_cl_file,
 };
 pub use chords::arc_chords;
-pub use reader::read_apt;
-pub use words::{ClFault, ClSystems, check_units, check_word, csys_frame, free_text, major_word};
+pub use reader::{read_apt, read_apt_in};
+pub use words::{ClFault, ClSystems, check_units, check_word, csys_frame, free_text, has_no_unit, major_word};
 pub use writer::write_apt;

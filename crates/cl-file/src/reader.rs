@@ -3,14 +3,13 @@ use std::collections::BTreeMap;
 use facemill_cl_data::ClPoint;
 use nalgebra::{Point3, Unit, Vector3};
 
-use crate::apt_file::{AptArc, AptCoolant, AptFile, AptMeaning, AptPoint, AptPointKind, AptStatement, AptUnknownWord};
+use crate::apt_file::{
+    AptArc, AptCoolant, AptFile, AptMeaning, AptPoint, AptPointKind, AptStatement, AptUnknownWord, ClUnit,
+};
 use crate::arc::{along_circle, circle};
 use crate::cutters;
 use crate::statement::{RawStatement, Statements, parse};
 use facemill_nc_program::read::{ReadError, ReadFault};
-
-/// mm per inch.
-const INCH: f64 = 25.4;
 
 /// Reads an APT cutter-location file: its points with rapids and feeds, and every statement. Lines
 /// continued by `$` are joined. Unknown major words are kept and listed; nothing is skipped
@@ -25,7 +24,17 @@ const INCH: f64 = 25.4;
 /// # Errors
 /// When a known statement has invalid values, or an axis has length zero.
 pub fn read_apt(text: impl AsRef<[u8]>) -> Result<AptFile, ReadError> {
-    let mut reader = AptReader { file: AptFile::default(), unknown: BTreeMap::new(), state: State::default() };
+    read_apt_in(text, None)
+}
+
+/// Reads a file as [`read_apt`] does; `unit` is that of a file without UNITS.
+///
+/// # Errors
+/// As [`read_apt`], and where UNITS says another unit.
+pub fn read_apt_in(text: impl AsRef<[u8]>, unit: Option<ClUnit>) -> Result<AptFile, ReadError> {
+    let file = AptFile { given_unit: unit, ..AptFile::default() };
+    let state = State { unit: unit.map_or(1.0, ClUnit::mm), ..State::default() };
+    let mut reader = AptReader { file, unknown: BTreeMap::new(), state };
     for statement in Statements::new(text.as_ref()) {
         let meaning = reader.statement(&statement)?;
         reader.file.statements.push(AptStatement { line: statement.line, text: statement.text.into(), meaning });
@@ -176,15 +185,19 @@ impl AptReader {
     }
 
     fn unit(&mut self, raw: &RawStatement, values: &[(usize, &str)]) -> Result<AptMeaning, ReadError> {
-        self.state.unit = if has(values, "MM") {
-            1.0
+        let unit = if has(values, "MM") {
+            ClUnit::Millimetre
         } else if has(values, "INCH") || has(values, "INCHES") || has(values, "IN") {
-            INCH
+            ClUnit::Inch
         } else if has(values, "CM") {
-            10.0
+            ClUnit::Centimetre
         } else {
             return Err(fault(raw, "UNITS", "expected MM, CM or INCHES"));
         };
+        if self.file.given_unit.is_some_and(|given| given != unit) {
+            return Err(fault(raw, "UNITS", "it is not the unit that was given beside the file; leave that out"));
+        }
+        self.state.unit = unit.mm();
         Ok(AptMeaning::Unit(self.state.unit))
     }
 
@@ -225,10 +238,10 @@ impl AptReader {
     fn feed_unit(&self, raw: &RawStatement, word: &str) -> Result<(bool, f64), ReadError> {
         Ok(match word.to_ascii_uppercase().as_str() {
             "MMPM" => (true, 1.0),
-            "IPM" => (true, INCH),
+            "IPM" => (true, ClUnit::Inch.mm()),
             "PERMIN" => (true, self.state.unit),
             "MMPR" => (false, 1.0),
-            "IPR" => (false, INCH),
+            "IPR" => (false, ClUnit::Inch.mm()),
             "PERREV" => (false, self.state.unit),
             "INVERS" => return Err(fault(raw, "FEDRAT", "inverse time is not supported; give MMPM or MMPR")),
             _ => return Err(fault(raw, "FEDRAT", "expected MMPM, IPM, PERMIN, MMPR, IPR or PERREV for the unit")),

@@ -78,9 +78,14 @@ pub fn csys_frame(rows: &[f64; 12], line: u32) -> Result<Isometry3<f64>, ClFault
     Ok(Isometry3::from_parts(Translation3::from(Vector3::new(rows[3], rows[7], rows[11])), rotation))
 }
 
-/// Refuses a file without UNITS whose feeds are in inches: its lengths would be taken as mm.
+/// Returns whether nothing says in which unit a file is: neither UNITS nor the caller.
+pub fn has_no_unit(file: &AptFile) -> bool {
+    file.given_unit.is_none() && !file.statements.iter().any(|s| matches!(s.meaning, AptMeaning::Unit(_)))
+}
+
+/// Refuses a file without a unit whose feeds are in inches: its lengths would be taken as mm.
 pub fn check_units(file: &AptFile) -> Result<(), ClFault> {
-    if file.statements.iter().any(|s| matches!(s.meaning, AptMeaning::Unit(_))) {
+    if !has_no_unit(file) {
         return Ok(());
     }
     let is_in_inches = |s: &&AptStatement| {
@@ -90,7 +95,8 @@ pub fn check_units(file: &AptFile) -> Result<(), ClFault> {
     match file.statements.iter().find(is_in_inches) {
         Some(s) => {
             let why =
-                "the feed is in inches, and UNITS is missing: put UNITS/INCHES or UNITS/MM before the first point";
+                "the feed is in inches, and UNITS is missing: put UNITS/INCHES or UNITS/MM before the first point, or give \
+                 the unit beside the file";
             Err(ClFault::at(s.line, why))
         }
         None => Ok(()),

@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use facemill_cl_data::ClPoint;
 use facemill_cl_file::{
-    AptFile, AptMeaning, AptPoint, AptPointKind, AptStatement, ClSystems, CutterWord, FileCutter, FileMill, arc_chords,
-    check_units, check_word, csys_frame, major_word,
+    AptFile, AptMeaning, AptPoint, AptPointKind, AptStatement, ClSystems, ClUnit, CutterWord, FileCutter, FileMill,
+    arc_chords, check_units, check_word, csys_frame, has_no_unit, major_word,
 };
 use facemill_tool_model::Cutter;
 use nalgebra::Isometry3;
@@ -144,7 +144,7 @@ impl<'a> CutReader<'a> {
             tool: None,
             frame: Isometry3::identity(),
             systems: ClSystems::default(),
-            unit: 1.0,
+            unit: file.given_unit.map_or(1.0, ClUnit::mm),
             has_lengths: false,
             cutter: None,
             compared: None,
@@ -341,7 +341,7 @@ impl<'a> CutReader<'a> {
                     .to_owned(),
             ));
         }
-        if !self.file.statements.iter().any(|s| matches!(s.meaning, AptMeaning::Unit(_))) {
+        if has_no_unit(self.file) {
             self.out.notes.push("UNITS is missing: lengths are taken as mm".to_owned());
         }
         if !self.is_ended {

@@ -2,8 +2,8 @@
 
 use facemill_cl_data::{ClPoint, Monitor};
 use facemill_cl_file::{
-    AptCoolant, AptFile, AptMeaning, AptPoint, AptPointKind, AptStatement, ClSystems, FileCutter, arc_chords,
-    check_units, check_word, csys_frame, free_text, major_word,
+    AptCoolant, AptFile, AptMeaning, AptPoint, AptPointKind, AptStatement, ClSystems, ClUnit, FileCutter, arc_chords,
+    check_units, check_word, csys_frame, free_text, has_no_unit, major_word,
 };
 use facemill_nc_program::{Coolant, SpindleSpec};
 use nalgebra::Isometry3;
@@ -146,7 +146,7 @@ impl<'a> StepReader<'a> {
             counts: WordCounts::default(),
             out: FileSteps::default(),
             part: OpenPart { line: 1, ..OpenPart::default() },
-            unit: 1.0,
+            unit: file.given_unit.map_or(1.0, ClUnit::mm),
             frame: Isometry3::identity(),
             at: None,
             spindle: None,
@@ -518,7 +518,7 @@ impl<'a> StepReader<'a> {
         if self.out.parts.is_empty() {
             return Err(PostFault::Whole("no statement moves the tool (GOTO, FROM, GODLTA)".to_owned()));
         }
-        if !self.file.statements.iter().any(|s| matches!(s.meaning, AptMeaning::Unit(_))) {
+        if has_no_unit(self.file) {
             self.out.notes.push(PostNote::whole("UNITS is missing: lengths are taken as mm"));
         }
         if !self.is_ended {

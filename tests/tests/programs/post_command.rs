@@ -173,6 +173,34 @@ fn another_cutter_has_exit_code_1_unless_it_is_meant() {
     }
 }
 
+/// A file in inches without UNITS is posted as one with UNITS, in the unit of the option.
+#[test]
+fn the_unit_of_a_file_without_units_is_that_of_the_option() {
+    let job = short_file("");
+    let machine = preset(&job, "table-table-a-c");
+    let tool = place(&job, "tool.json");
+    let options = ["--machine", &machine, "--tool", &tool, "--dialect", "fanuc", "--mount", "0,0,50"];
+    let inches = "PARTNO/SHORT\nMULTAX/ON\nLOADTL/1\nSPINDL/1200,RPM,CLW\nRAPID\nGOTO/0,0,2.5\nFEDRAT/20\nGOTO/0,0,2\n\
+                  GOTO/1,0,2,0.2,0,1\nRAPID\nGOTO/1,0,3.5\nFINI\n";
+    let posted = |text: &str, more: &[&str]| {
+        job.write("part.apt", text.as_bytes());
+        let (code, printed, errors) = post(&job, "part.apt", &[&options[..], more].concat());
+        assert_eq!(code, 0, "{printed}{errors}");
+        (
+            std::fs::read_to_string(job.path("posted.nc")).expect("a program"),
+            job.json("posted.post.json")["notes"].clone(),
+        )
+    };
+    let said = posted(&inches.replace("MULTAX", "UNITS/INCHES\nMULTAX"), &[]);
+    let given = posted(inches, &["--cl-unit", "inch"]);
+    assert_eq!((&given.0, &given.1), (&said.0, &json!([])));
+    let (as_mm, notes) = posted(inches, &[]);
+    assert!(as_mm != given.0 && notes[0]["text"] == json!("UNITS is missing: lengths are taken as mm"), "{notes}");
+    job.write("part.apt", inches.replace("MULTAX", "UNITS/INCHES\nMULTAX").as_bytes());
+    let (code, _, errors) = post(&job, "part.apt", &[&options[..], &["--cl-unit", "mm"]].concat());
+    assert!(code == 2 && errors.contains("part.apt: line 2, column 1: UNITS: it is not the unit"), "{errors}");
+}
+
 /// A part in the way is found, and the exit code says so.
 #[test]
 fn a_program_that_cuts_into_the_part_has_faults() {

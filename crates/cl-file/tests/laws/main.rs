@@ -246,6 +246,25 @@ fn cutters_of_three_systems_are_the_same_mill() {
     assert_eq!(file.statements[7].meaning, AptMeaning::Auxiliary);
 }
 
+/// A unit beside the file is that of a file without UNITS, and is not overridden.
+#[test]
+fn a_unit_beside_the_file_is_as_units_at_its_beginning() {
+    let text = "CUTTER/1,0.1\nFEDRAT/10\nGOTO/1,2,3\nCSYS/1,0,0,4,0,1,0,5,0,0,1,6\nGOTO/0,0,1";
+    for (unit, word) in [(ClUnit::Millimetre, "MM"), (ClUnit::Inch, "INCHES"), (ClUnit::Centimetre, "CM")] {
+        let said = read_apt(format!("UNITS/{word}\n{text}")).unwrap();
+        let given = read_apt_in(text, Some(unit)).unwrap();
+        let meanings = |file: &AptFile| file.statements.iter().map(|s| s.meaning.clone()).collect::<Vec<_>>();
+        assert_eq!(meanings(&said)[1..], meanings(&given), "{word}");
+        let points = |file: &AptFile| file.points.iter().map(|p| (p.cl, p.feed)).collect::<Vec<_>>();
+        assert_eq!(points(&said), points(&given), "{word}");
+        assert_eq!(points(&said), points(&read_apt_in(format!("UNITS/{word}\n{text}"), Some(unit)).unwrap()));
+        assert!(!has_no_unit(&said) && !has_no_unit(&given));
+    }
+    assert!(has_no_unit(&read_apt(text).unwrap()));
+    let why = read_apt_in("GOTO/1,2,3\nUNITS/MM", Some(ClUnit::Inch)).unwrap_err().to_string();
+    assert_eq!(why, "line 2, column 1: UNITS: it is not the unit that was given beside the file; leave that out");
+}
+
 /// Creo's frames are comments over several lines.
 #[test]
 fn comments_of_creo_go_on_over_lines() {

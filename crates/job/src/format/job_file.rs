@@ -679,6 +679,10 @@ pub struct PathFromCl {
     /// one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tool: Option<u32>,
+    /// Unit of a file without UNITS; refused where UNITS says another one. Default: mm, with a
+    /// note.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub unit: Option<ClUnitFile>,
     /// Largest distance of the file's cutter from the drive surface with its allowance. Motion at
     /// feed that is farther above it, as entries, exits and links, is left out, and counted; where
     /// the cutter is deeper in it, the job is refused.
@@ -691,6 +695,28 @@ pub struct PathFromCl {
     /// drive surface.
     #[serde(default)]
     pub region: RegionFile,
+}
+
+/// Unit of the lengths of a CL file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum ClUnitFile {
+    /// mm.
+    Mm,
+    /// 10 mm.
+    Cm,
+    /// 25.4 mm.
+    Inch,
+}
+
+impl From<ClUnitFile> for facemill_cl_file::ClUnit {
+    fn from(unit: ClUnitFile) -> Self {
+        match unit {
+            ClUnitFile::Mm => Self::Millimetre,
+            ClUnitFile::Cm => Self::Centimetre,
+            ClUnitFile::Inch => Self::Inch,
+        }
+    }
 }
 
 /// Origin of the tool axes of passes from a CL file.

@@ -2,7 +2,7 @@
 
 use facemill_cc_path::MAX_POINTS;
 use facemill_cl_data::{CcPoint, Pass};
-use facemill_cl_file::{is_cl_file, read_apt};
+use facemill_cl_file::{is_cl_file, read_apt_in};
 use facemill_cl_path::{
     ClPass, ClPasses, ClPathFault, ContactKind, CutSettings, FileContact, LaySettings, lay_cuts, read_cuts,
 };
@@ -49,7 +49,7 @@ pub fn passes_of_cl_file(
         return Err(Failure::input(&path, why));
     }
     let wrong = |fault: ClPathFault| Failure::input(&path, fault);
-    let read = read_apt(&bytes).map_err(|e| Failure::input(&path, e))?;
+    let read = read_apt_in(&bytes, file.unit.map(Into::into)).map_err(|e| Failure::input(&path, e))?;
     let tolerances = &operation.tolerances;
     let (cutter, max_points) = (job.tool.cutter(), (MAX_POINTS / n_places).max(1));
     let settings = CutSettings { cutter, tool: file.tool, chord: tolerances.path_chord_mm, max_points };

@@ -128,6 +128,20 @@ fn a_plate_is_faced_by_a_file_for_three_axes() {
     );
 }
 
+/// The unit of the job is that of a file without UNITS, and refuses one with another unit.
+#[test]
+fn the_unit_of_a_path_is_that_of_a_file_without_units() {
+    let text = "LOADTL/1\nSPINDL/1200,RPM,CLW\nRAPID\nGOTO/-12,-1.6,5\nRAPID\nGOTO/-12,-1.6,0\nFEDRAT/120\nGOTO/12,-1.6,0\n\
+                RAPID\nGOTO/12,-1.6,5\nFINI\n";
+    let cm = ("/operations/0/path/cl/unit", json!("cm"));
+    let planned = plate(text, std::slice::from_ref(&cm)).plan();
+    let [report] = &planned.report.cl_paths[..] else { panic!("one operation") };
+    assert!((report.length_mm - 240.0).abs() < 1e-6 && report.notes.is_empty(), "{report:?}");
+    let refused = plate(&format!("UNITS/MM\n{text}"), &[cm]).try_plan();
+    let why = refused.err().expect("another unit").to_string();
+    assert!(why.contains("part.apt: line 1, column 1: UNITS: it is not the unit"), "{why}");
+}
+
 /// Two cuts along the middle of the plate: the axis leans by 10 deg in the first and by 30 in the
 /// second.
 fn leaning(job: &JobFolder) -> String {

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::{ArgGroup, Args};
-use facemill::cl_file::{is_cl_file, read_apt};
+use facemill::cl_file::{ClUnit, is_cl_file, read_apt_in};
 use facemill::cl_post::{MAX_RETRACT, PostFault, PostOptions, Posted, TOLERANCES, post_cl};
 use facemill::formats::ProgramStamp;
 use facemill::inverse_kinematics::BranchPreference;
@@ -34,6 +34,10 @@ Exit codes:
 pub(crate) struct PostArguments {
     /// CL file (APT) of any CAM system
     pub(crate) cl_file: PathBuf,
+    /// Unit of a CL file without UNITS: mm, inch, cm; refused if UNITS says another one. Default:
+    /// mm, with a note
+    #[arg(long, value_name = "UNIT", value_parser = cl_unit)]
+    pub(crate) cl_unit: Option<ClUnit>,
     /// Machine file
     #[arg(long, value_name = "FILE", requires_all = ["tool", "dialect"])]
     pub(crate) machine: Option<PathBuf>,
@@ -113,13 +117,22 @@ pub(crate) struct PostArguments {
     /// Keep feeds that the axes do not reach within acceleration and jerk
     #[arg(long)]
     pub(crate) given_feeds: bool,
-    /// Post for a tool that is not the cutter of the file, such as a reground one: the difference is
-    /// a note, and not a fault
+    /// Post for a tool that is not the cutter of the file, such as a reground one: the difference
+    /// is a note, and not a fault
     #[arg(long)]
     pub(crate) other_cutter: bool,
     /// Output file for the program; its report (JSON) has the same name with .post.json
     #[arg(short, long, value_name = "FILE")]
     pub(crate) out: PathBuf,
+}
+
+fn cl_unit(text: &str) -> Result<ClUnit, String> {
+    match text {
+        "mm" => Ok(ClUnit::Millimetre),
+        "inch" => Ok(ClUnit::Inch),
+        "cm" => Ok(ClUnit::Centimetre),
+        _ => Err("must be mm, inch or cm".to_owned()),
+    }
 }
 
 fn feed_mode(text: &str) -> Result<FeedMode, String> {
@@ -166,7 +179,7 @@ pub(crate) fn run(arguments: &PostArguments) -> Result<ExitCode, Failure> {
         let what = "is no CL file (APT): none of its first lines begins with PARTNO, GOTO, FEDRAT or another such word";
         return Err(Failure::input(cl_path, what));
     }
-    let file = read_apt(&text).map_err(|e| Failure::input(cl_path, e))?;
+    let file = read_apt_in(&text, arguments.cl_unit).map_err(|e| Failure::input(cl_path, e))?;
     let stamp = ProgramStamp::new(cl_path, &text);
     drop(text);
     let stage = PostStage::read(arguments)?;
