@@ -70,7 +70,7 @@ pub(crate) fn treatment(statement: &AptStatement, word: &str) -> Treatment {
         | AptMeaning::ToolAxis
         | AptMeaning::Frame(Some(_)) => Treatment::Applied,
         AptMeaning::Cycle(_)
-        | AptMeaning::RadiusCompensation(_)
+        | AptMeaning::RadiusCompensation(true)
         | AptMeaning::Dwell(None)
         | AptMeaning::Stop { optional: true } => Treatment::NotWritten,
         AptMeaning::Unknown if word == "MSYS" => Treatment::Applied,
@@ -111,9 +111,9 @@ impl WordCounts {
     }
 }
 
-/// Words that are not evaluated and say nothing of the motion: they are for printing, and for the
-/// tolerances of another post-processor.
-const HARMLESS: [&str; 12] = [
+/// Words that are not evaluated and say nothing of the motion: they are for printing, for the
+/// tolerances of another post-processor, and for the tape of the control (REWIND).
+const HARMLESS: [&str; 13] = [
     "CATPROCESS",
     "CLPRNT",
     "DISPLY",
@@ -123,6 +123,7 @@ const HARMLESS: [&str; 12] = [
     "NOPOST",
     "PLOT",
     "PRINT",
+    "REWIND",
     "SEQNO",
     "TITLES",
     "VERIFY",

@@ -1,6 +1,6 @@
 //! Treatment of each statement.
 
-use facemill_cl_post::{PostNote, PostOptions, Treatment};
+use facemill_cl_post::{PostNote, PostOptions, PostReport, Treatment};
 use nalgebra::Vector3;
 
 use crate::kit::*;
@@ -49,6 +49,20 @@ fn each_word_is_written_applied_or_listed() {
     let notes: Vec<String> = posted.report.notes.iter().map(|n| format!("{:?} {}", n.line, n.text)).collect();
     assert!(notes.iter().any(|n| n.starts_with("Some(20) OPSTOP")), "{notes:?}");
     assert!(posted.report.summary().contains("NOT CHECKED AGAINST A PART"));
+}
+
+/// The tape is not rewound, and an offset that was never on is not missing.
+#[test]
+fn rewind_and_the_end_of_no_offset_are_words_without_effect() {
+    let stage = Stage::fanuc("head-b-table-c", 3);
+    let report = stage.post(&format!("{HEAD}CUTCOM/OFF\nREWIND/0\nFINI")).report;
+    assert!(report.is_clean() && report.notes.is_empty(), "{report:?}");
+    let treatment = |report: &PostReport, word: &str| report.words.iter().find(|w| w.word == word).unwrap().treatment;
+    for word in ["CUTCOM", "REWIND"] {
+        assert_eq!(treatment(&report, word), Treatment::NoEffect, "{word}");
+    }
+    let on = stage.post(&format!("{HEAD}CUTCOM/OFF\nCUTCOM/LEFT\nCUTCOM/OFF\nFINI")).report;
+    assert!(!on.is_clean() && treatment(&on, "CUTCOM") == Treatment::NotWritten);
 }
 
 /// Where a point gives no axis, the last one counts; MULTAX/OFF and TLAXIS set it.
