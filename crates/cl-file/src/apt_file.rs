@@ -133,7 +133,13 @@ pub enum AptMeaning {
     /// CUTTER, TLDATA of NX, `$$-> CUTTER` of Creo: the cutter of the points behind it.
     Cutter(FileCutter),
     /// LOADTL, LOAD/TOOL.
-    Tool(u32),
+    Tool {
+        /// Its number.
+        number: u32,
+        /// Register of its length behind ADJUST or OSETNO, 0 of a file that calls none
+        /// (ADJUST,NONE); `None` where the control or the tool decides.
+        length_register: Option<u32>,
+    },
     /// SPINDL with a speed.
     Spindle {
         /// Revolutions per minute.

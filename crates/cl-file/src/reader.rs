@@ -163,8 +163,8 @@ impl AptReader {
             "COOLNT" => AptMeaning::Coolant(coolant(&values)),
             "DELAY" => AptMeaning::Dwell(if has(&values, "REV") { None } else { first_number(&values) }),
             "STOP" | "OPSTOP" => AptMeaning::Stop { optional: word == "OPSTOP" },
-            "SELECT" | "TOOLNO" | "MACHIN" | "INTOL" | "OUTTOL" | "TOLER" | "AUTOPS" | "PAINT" | "TOOL" | "TOOLPATH"
-            | "END-OF-PATH" | "PARTID" => AptMeaning::Auxiliary,
+            "SELECT" | "TOOLNO" | "MACHIN" | "INTOL" | "OUTTOL" | "TOLER" | "AUTOPS" | "PAINT" | "TOOL"
+            | "TOOLPATH" | "END-OF-PATH" | "PARTID" => AptMeaning::Auxiliary,
             _ if word.starts_with("CSI_SET_") => AptMeaning::Auxiliary,
             _ => self.keep_unknown(word, raw.line),
         })
@@ -404,10 +404,25 @@ fn said_of_spindle(raw: &RawStatement, values: &[(usize, &str)]) -> Result<SaidO
     }
 }
 
-/// Returns the first whole number of the values.
+/// Words of LOADTL before the number of the register of the tool's length: ADJUST of NX
+/// (`UF_PATH_tool_change_s::adjust_register`, "the register to use for tool length compensation"),
+/// OSETNO of Creo (LOADTL / n, LENGTH, l, OSETNO, o in its "Supported CL Data Commands").
+const REGISTER_WORDS: [&str; 2] = ["ADJUST", "OSETNO"];
+
+/// Returns the tool of a call: the first whole number, and the register of its length. ON, NOTE and
+/// other words in place of a register leave it to the control.
 fn tool(raw: &RawStatement, word: &str, values: &[(usize, &str)]) -> Result<AptMeaning, ReadError> {
-    let number = values.iter().find_map(|(_, v)| v.parse().ok());
-    number.map(AptMeaning::Tool).ok_or_else(|| fault(raw, word, "expected a tool number"))
+    let is_register = |value: &str| REGISTER_WORDS.iter().any(|word| value.eq_ignore_ascii_case(word));
+    let at = values.iter().position(|(_, value)| is_register(value)).unwrap_or(values.len());
+    let number = values[..at].iter().find_map(|(_, v)| v.parse().ok());
+    let number = number.ok_or_else(|| fault(raw, word, "expected a tool number"))?;
+    let length_register = match values.get(at + 1) {
+        Some((_, none)) if ["NONE", "OFF"].iter().any(|word| none.eq_ignore_ascii_case(word)) => Some(0),
+        // Some systems write numbers of registers as decimals.
+        Some((_, value)) => value.trim_end_matches('0').strip_suffix('.').unwrap_or(value).parse().ok(),
+        None => None,
+    };
+    Ok(AptMeaning::Tool { number, length_register })
 }
 
 /// Returns the kind of coolant; without a word it is on.

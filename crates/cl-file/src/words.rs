@@ -94,8 +94,7 @@ pub fn check_units(file: &AptFile) -> Result<(), ClFault> {
     };
     match file.statements.iter().find(is_in_inches) {
         Some(s) => {
-            let why =
-                "the feed is in inches, and UNITS is missing: put UNITS/INCHES or UNITS/MM before the first point, or give \
+            let why = "the feed is in inches, and UNITS is missing: put UNITS/INCHES or UNITS/MM before the first point, or give \
                  the unit beside the file";
             Err(ClFault::at(s.line, why))
         }

@@ -77,7 +77,7 @@ fn chosen_tool(file: &AptFile, required: Option<u32>) -> Result<Option<u32>, ClP
     let mut tool = None;
     for statement in &file.statements {
         match statement.meaning {
-            AptMeaning::Tool(number) => tool = Some(number),
+            AptMeaning::Tool { number, .. } => tool = Some(number),
             AptMeaning::Point(k) if is_cut(&file.points[k]) => {
                 cutting.entry(tool).or_insert(statement.line);
             }
@@ -174,7 +174,7 @@ impl<'a> CutReader<'a> {
                 self.unit = *unit;
             }
             AptMeaning::Feed(_) | AptMeaning::FeedPerRevolution(_) => self.has_lengths = true,
-            AptMeaning::Tool(number) if self.tool != Some(*number) => {
+            AptMeaning::Tool { number, .. } if self.tool != Some(*number) => {
                 self.close();
                 self.at = None;
                 self.tool = Some(*number);

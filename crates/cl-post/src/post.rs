@@ -142,7 +142,7 @@ impl<'a> MadePart<'a> {
     ) -> Result<Self, PostFault> {
         let tool = scene.tool(part.tool, part.line)?;
         check_tool(tool, part, options, remarks);
-        let mut part = ToolPart { steps: part.steps.clone(), cutters: Vec::new(), ..*part };
+        let mut part = ToolPart { steps: part.steps.clone(), cutters: Vec::new(), registers: Vec::new(), ..*part };
         add_ends(&mut part, options, &mut remarks.notes)?;
         let moves: Vec<PathMove> =
             part.steps.iter().filter_map(|step| if let Step::Move(m) = step { Some(*m) } else { None }).collect();
@@ -164,6 +164,13 @@ fn check_tool(tool: &PostTool<'_>, part: &ToolPart, options: &PostOptions, remar
     for (line, cutter) in &part.cutters {
         let why = other_cutter(cutter, tool.tool.cutter(), tool.tool.number());
         list.extend(why.map(|why| PostNote::at(*line, format!("ANOTHER CUTTER: {why}"))));
+    }
+    let (number, own) = (tool.tool.number(), tool.tool.length_register());
+    for (line, register) in part.registers.iter().filter(|(_, register)| *register != own) {
+        let called =
+            if *register == 0 { "no length register".to_owned() } else { format!("length register {register}") };
+        let text = format!("the file calls {called} for T{number}, and the file of T{number} has {own}: that is taken");
+        notes.push(PostNote::at(*line, text));
     }
     let clockwise = tool.tool.spindle_rotation() == SpindleRotation::Clockwise;
     let is_against = |step: &Step| matches!(step, Step::SpindleOn(spindle) if spindle.clockwise != clockwise);

@@ -49,7 +49,7 @@ pub(crate) fn is_operation(word: &str, text: &str) -> bool {
 pub(crate) fn treatment(statement: &AptStatement, word: &str) -> Treatment {
     match &statement.meaning {
         AptMeaning::PartName(_)
-        | AptMeaning::Tool(_)
+        | AptMeaning::Tool { .. }
         | AptMeaning::Spindle { .. }
         | AptMeaning::SpindleOff
         | AptMeaning::SpindleOn

@@ -37,6 +37,8 @@ pub(crate) struct ToolPart {
     pub(crate) line: u32,
     /// Cutters of the file for its points, with their lines.
     pub(crate) cutters: Vec<(u32, FileCutter)>,
+    /// Registers of the tool's length that the file calls, with their lines.
+    pub(crate) registers: Vec<(u32, u32)>,
     /// Speed and sense before the first step.
     pub(crate) spindle: SpindleSpec,
     /// Coolant before the first step.
@@ -136,6 +138,7 @@ struct OpenPart {
     arcs: usize,
     has_moved: bool,
     cutters: Vec<(u32, FileCutter)>,
+    registers: Vec<(u32, u32)>,
 }
 
 impl<'a> StepReader<'a> {
@@ -170,7 +173,15 @@ impl<'a> StepReader<'a> {
             AptMeaning::Cutter(cutter) => self.cutter = Some((line, cutter.clone())),
             AptMeaning::Feed(_) | AptMeaning::FeedPerRevolution(_) => self.has_lengths = true,
             AptMeaning::Unit(unit) => self.unit(*unit, line)?,
-            AptMeaning::Tool(number) => self.tool(*number, line)?,
+            AptMeaning::Tool { number, length_register } => {
+                self.tool(*number, line)?;
+                if let Some(register) = length_register
+                    && self.part.registers.iter().all(|(_, before)| before != register)
+                    && self.part.registers.len() < MAX_REGISTERS
+                {
+                    self.part.registers.push((line, *register));
+                }
+            }
             AptMeaning::Spindle { rpm, clockwise } => {
                 self.spindle_on(SpindleSpec { rpm: *rpm, clockwise: *clockwise });
             }
@@ -253,6 +264,7 @@ impl<'a> StepReader<'a> {
             self.at = None;
             self.spindle_is_on = false;
         }
+        self.part.registers.clear();
         (self.part.tool, self.part.line) = (Some(number), line);
         Ok(())
     }
@@ -502,6 +514,7 @@ impl<'a> StepReader<'a> {
             tool: part.tool,
             line: part.line,
             cutters: part.cutters,
+            registers: part.registers,
             spindle,
             coolant,
             steps: part.steps,
@@ -544,6 +557,9 @@ const MAX_PARTS: usize = 999;
 
 /// Most different cutters of a part that are compared with its tool: two are a fault.
 const MAX_CUTTERS: usize = 20;
+
+/// Most different length registers of a part that are compared with that of its tool.
+const MAX_REGISTERS: usize = 20;
 
 /// Unknown words that are listed as faults; the table of words has them all.
 const LISTED_WORDS: usize = 20;

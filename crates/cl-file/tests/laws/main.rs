@@ -237,8 +237,7 @@ fn cutters_of_three_systems_are_the_same_mill() {
     };
     assert_eq!(of(1), whole);
     assert_eq!(of(2), FileMill { word: CutterWord::Tldata, ..whole });
-    let bare =
-        FileMill { corner_radius: None, corner_center: [0.0; 2], bottom_deg: 0.0, side_deg: 0.0, ..whole };
+    let bare = FileMill { corner_radius: None, corner_center: [0.0; 2], bottom_deg: 0.0, side_deg: 0.0, ..whole };
     assert_eq!(of(3), FileMill { word: CutterWord::Creo, ..bare });
     assert_eq!(of(5), bare);
     assert_eq!(file.statements[4].meaning, AptMeaning::Cutter(FileCutter::Other("DRILL".to_owned())));
@@ -263,6 +262,31 @@ fn a_unit_beside_the_file_is_as_units_at_its_beginning() {
     assert!(has_no_unit(&read_apt(text).unwrap()));
     let why = read_apt_in("GOTO/1,2,3\nUNITS/MM", Some(ClUnit::Inch)).unwrap_err().to_string();
     assert_eq!(why, "line 2, column 1: UNITS: it is not the unit that was given beside the file; leave that out");
+}
+
+/// A tool is called with the register of its length by several systems.
+#[test]
+fn calls_of_tools_have_their_length_registers() {
+    for (call, expected) in [
+        ("LOADTL/7", (7, None)),
+        ("LOAD/TOOL,7,ADJUST,9", (7, Some(9))),
+        ("LOADTL/7,OSETNO,9", (7, Some(9))),
+        ("LOADTL / 7, LENGTH, 5.000000, OSETNO, 9", (7, Some(9))),
+        ("LOADTL/7,adjust,9.00", (7, Some(9))),
+        ("LOADTL/7,ADJUST,10", (7, Some(10))),
+        ("LOADTL/7,ADJUST,NONE", (7, Some(0))),
+        ("LOADTL/7,ADJUST,OFF", (7, Some(0))),
+        ("LOADTL/7,ADJUST,ON", (7, None)),
+        ("LOADTL/7,ADJUST,NOTE", (7, None)),
+        ("LOADTL/7,ADJUST", (7, None)),
+        ("LOADTL/7,1", (7, None)),
+    ] {
+        let (number, length_register) = expected;
+        let meaning = read_apt(call).unwrap().statements.remove(0).meaning;
+        assert_eq!(meaning, AptMeaning::Tool { number, length_register }, "{call}");
+    }
+    let why = read_apt("LOADTL/ADJUST,9").unwrap_err().to_string();
+    assert_eq!(why, "line 1, column 1: LOADTL: expected a tool number");
 }
 
 /// Creo's frames are comments over several lines.

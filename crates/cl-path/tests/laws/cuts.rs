@@ -71,7 +71,11 @@ fn what_would_be_elsewhere_is_refused_with_its_line() {
     refused("UNITS/MM\nCUTTER/40,1.5,15,1.5,0,0,30\n", "FINI\n", &["line 2", "15 mm from the axis", "18.5 mm"]);
     refused("UNITS/MM\nCUTTER/40,1.5,18.5,1.5,2,0,30\n", "FINI\n", &["line 2", "2 deg at its bottom"]);
     refused("UNITS/MM\nCUTTER/40,1.5,18.5,1.5,0,-5,30\n", "FINI\n", &["line 2", "-5 deg at its side"]);
-    refused("UNITS/MM\nTLDATA/MILL,50,1.5,75,0,0\n", "FINI\n", &["line 2: TLDATA/MILL has a diameter of 50 mm", "40 mm"]);
+    refused(
+        "UNITS/MM\nTLDATA/MILL,50,1.5,75,0,0\n",
+        "FINI\n",
+        &["line 2: TLDATA/MILL has a diameter of 50 mm", "40 mm"],
+    );
     refused("UNITS/MM\nTLDATA/MILL,40,1.5,75,0,3\n", "FINI\n", &["line 2: TLDATA/MILL", "3 deg at its bottom"]);
     refused("UNITS/MM\nTLDATA/DRILL,MILL,40,0,80,118,35\n", "FINI\n", &["line 2: TLDATA/DRILL is no mill"]);
     refused("UNITS/MM\n$$-> CUTTER / 50.0\n", "FINI\n", &["line 2: CUTTER of Creo has a diameter of 50 mm"]);

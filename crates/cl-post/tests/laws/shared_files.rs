@@ -65,7 +65,7 @@ fn manufacture_is_posted_in_all_dialects_on_three_machines() {
 /// Numbers of the tools of a file, each once.
 pub(crate) fn tool_numbers(file: &facemill_cl_file::AptFile) -> Vec<u32> {
     let of_tool = |s: &facemill_cl_file::AptStatement| match s.meaning {
-        AptMeaning::Tool(number) => Some(number),
+        AptMeaning::Tool { number, .. } => Some(number),
         _ => None,
     };
     let numbers: std::collections::BTreeSet<u32> = file.statements.iter().filter_map(of_tool).collect();

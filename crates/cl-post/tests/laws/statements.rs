@@ -139,7 +139,8 @@ fn a_file_that_begins_or_ends_in_a_cut_needs_a_retract() {
 fn another_cutter_is_a_fault_and_another_sense_of_the_spindle_a_note() {
     let stage = Stage::fanuc("head-b-table-c", 3);
     let text = format!("CUTTER/12,0\n{}FINI", HEAD.replace("CLW", "CCLW"));
-    let is_cutter = |n: &PostNote| n.line == Some(1) && n.text.starts_with("ANOTHER CUTTER: CUTTER has diameter 12.000");
+    let is_cutter =
+        |n: &PostNote| n.line == Some(1) && n.text.starts_with("ANOTHER CUTTER: CUTTER has diameter 12.000");
     let posted = stage.post(&text);
     assert!(posted.is_as_meant && !posted.report.is_clean());
     assert!(posted.report.faults.len() == 1 && is_cutter(&posted.report.faults[0]), "{:?}", posted.report.faults);
@@ -168,7 +169,9 @@ fn cutters_of_other_systems_are_compared_with_the_tool() {
         let found = report.faults.into_iter().filter(|n| n.text.starts_with("ANOTHER CUTTER: "));
         found.map(|n| (n.line.unwrap(), n.text["ANOTHER CUTTER: ".len()..].to_owned())).collect::<Vec<_>>()
     };
-    for same in ["TLDATA/MILL,20.0000,1.0000,75.0000,0.0000,0.0000", "$$-> CUTTER / 20.000000", "CUTTER/20,1,9,1,0,0,50"] {
+    for same in
+        ["TLDATA/MILL,20.0000,1.0000,75.0000,0.0000,0.0000", "$$-> CUTTER / 20.000000", "CUTTER/20,1,9,1,0,0,50"]
+    {
         assert_eq!(another(same), [], "{same}");
     }
     for (other, expected) in [

@@ -32,6 +32,31 @@ fn each_tool_has_its_change_length_and_speed_on_every_control() {
     }
 }
 
+/// The program calls the register of the tool file: another one in the file is noted with its line,
+/// also behind the first call of the tool.
+#[test]
+fn a_length_register_of_the_file_that_is_not_the_tools_is_noted() {
+    let stage = Stage::fanuc("head-b-table-c", 3);
+    let posted = |call: &str| {
+        let posted = stage.post(&(HEAD.replace("LOADTL/7", call) + "FINI"));
+        assert!(posted.report.is_clean() && posted.text.contains("H7"), "{call}");
+        posted.report.notes.into_iter().map(|n| (n.line.unwrap(), n.text)).collect::<Vec<_>>()
+    };
+    let note = |line: u32, called: &str| {
+        (line, format!("the file calls {called} for T7, and the file of T7 has 7: that is taken"))
+    };
+    for same in ["LOADTL/7", "LOAD/TOOL,7,ADJUST,7", "LOADTL/7,OSETNO,7", "LOADTL/7,ADJUST,ON", "LOADTL/7,1"] {
+        assert_eq!(posted(same), [], "{same}");
+    }
+    for other in ["LOAD/TOOL,7,ADJUST,9", "LOADTL/7,OSETNO,9", "LOADTL/7,LENGTH,150,ADJUST,9"] {
+        assert_eq!(posted(other), [note(3, "length register 9")], "{other}");
+    }
+    assert_eq!(posted("LOADTL/7,ADJUST,NONE"), [note(3, "no length register")]);
+    assert_eq!(posted("LOADTL/7,ADJUST,7\nLOADTL/7,ADJUST,8"), [note(4, "length register 8")]);
+    // A tool that is called and does not move is not of the program.
+    assert_eq!(posted("LOADTL/5,ADJUST,5\nLOADTL/7,ADJUST,7"), []);
+}
+
 #[test]
 fn a_tool_that_is_not_given_is_refused() {
     let stage = Stage::fanuc("table-table-a-c", 3);
