@@ -29,7 +29,8 @@ use serde_json::Value;
 #[error("{}{message}{}", self.place(), hint.as_ref().map(|h| format!("; {h}")).unwrap_or_default())]
 #[non_exhaustive]
 pub struct FormatError {
-    /// Path of the field, such as `operations[0].search.tilt_deg`; empty at the top level.
+    /// Path of the field, such as `operations[0].search.tilt_deg`; empty at the top level. The
+    /// message has a long one without its middle.
     pub field: String,
     /// Line, from 1; 0 of a value that has no text.
     pub line: usize,
@@ -46,6 +47,7 @@ impl FormatError {
     fn place(&self) -> String {
         let Self { field, line, column, .. } = self;
         let has_field = !field.is_empty() && field != ".";
+        let field = shortened(field);
         match (has_field, *line) {
             (true, 0) => format!("{field}: "),
             (false, 0) => String::new(),
@@ -53,6 +55,33 @@ impl FormatError {
             (false, line) => format!("line {line}, column {column}: "),
         }
     }
+}
+
+/// Most steps of a path that a message shows whole, and the steps at both ends of a longer one.
+const SHOWN_STEPS: usize = 12;
+const FIRST_STEPS: usize = 6;
+const LAST_STEPS: usize = 3;
+
+/// Most characters of a path that a message shows whole, and those at both ends of a longer one.
+const SHOWN_CHARS: usize = 160;
+const FIRST_CHARS: usize = 80;
+const LAST_CHARS: usize = 40;
+
+/// Returns a path for a message. Files of nested lists or long keys have paths of any length.
+fn shortened(path: &str) -> String {
+    let starts = path.char_indices().filter(|(k, c)| *k == 0 || matches!(c, '.' | '['));
+    let starts: Vec<usize> = starts.map(|(k, _)| k).collect();
+    let mut text = path.to_owned();
+    if starts.len() > SHOWN_STEPS {
+        text = format!("{}…{}", &path[..starts[FIRST_STEPS]], &path[starts[starts.len() - LAST_STEPS]..]);
+    }
+    let n_chars = text.chars().count();
+    if n_chars > SHOWN_CHARS {
+        let first: String = text.chars().take(FIRST_CHARS).collect();
+        let last: String = text.chars().skip(n_chars - LAST_CHARS).collect();
+        text = format!("{first}…{last}");
+    }
+    text
 }
 
 /// Reads a strict JSON file.

@@ -32,6 +32,29 @@ fn missing_key_wrong_kind_and_trailing_text_are_refused() {
     assert!(from_json::<Outer>(b"").is_err());
 }
 
+/// Nested lists and long keys have paths as long as the file likes: messages are short, with the
+/// beginning and the end.
+#[test]
+fn the_path_in_a_message_is_bounded() {
+    /// Lists of lists to any depth.
+    #[derive(Debug, Deserialize)]
+    struct Deep(#[expect(dead_code, reason = "read alone")] Vec<Deep>);
+
+    let deep = "[".repeat(100) + "1" + &"]".repeat(100);
+    let e = from_json::<Deep>(deep.as_bytes()).unwrap_err();
+    assert_eq!(e.field, "[0]".repeat(100));
+    assert!(e.to_string().starts_with("[0][0][0][0][0][0]…[0][0][0], line 1, column 101: invalid type"), "{e}");
+    let own = "[".repeat(12) + "1" + &"]".repeat(12);
+    let e = from_json::<Deep>(own.as_bytes()).unwrap_err().to_string();
+    assert!(e.starts_with(&("[0]".repeat(12) + ", line")), "{e}");
+    let too_deep = "[".repeat(10_000);
+    assert!(from_json::<Deep>(too_deep.as_bytes()).unwrap_err().to_string().len() < 200);
+    let long = format!("{{\"inner\": [{{\"{}\": 1}}]}}", "é".repeat(5000));
+    let e = from_json::<Outer>(long.as_bytes()).unwrap_err();
+    let place = e.to_string().split(", line").next().map_or(0, |place| place.chars().count());
+    assert!(place <= 160, "{place}");
+}
+
 #[test]
 fn a_value_is_read_as_strictly_as_a_file_and_its_fault_has_no_line() {
     let read = |text: &str| from_value::<Outer>(serde_json::from_str(text).unwrap());
