@@ -24,8 +24,8 @@ struct CommentKeys<'t> {
     lengths: [Option<(f64, usize)>; LENGTH_KEYS.len()],
 }
 
-/// Reads a CSV file.
-pub(crate) fn read(file: &str, bytes: &[u8]) -> Result<PropellerFile, PropellerFileError> {
+/// Reads a CSV file; `given` is the diameter of one that has none, mm.
+pub(crate) fn read(file: &str, bytes: &[u8], given: Option<f64>) -> Result<PropellerFile, PropellerFileError> {
     let mut keys = CommentKeys::default();
     let mut tables: Vec<RawTable> = Vec::new();
     let mut separator = None;
@@ -70,7 +70,7 @@ pub(crate) fn read(file: &str, bytes: &[u8]) -> Result<PropellerFile, PropellerF
         PropellerFault::WrongTables(missing).of(file)
     })?;
     let sections = find(TableKind::Sections);
-    PropellerFile::of_tables(file, keys.particulars(file, sections.is_some())?, radial, sections)
+    PropellerFile::of_tables(file, keys.particulars(file, sections.is_some(), given)?, radial, sections)
 }
 
 fn separator_of(header: &str) -> Option<char> {
@@ -139,12 +139,23 @@ impl<'t> CommentKeys<'t> {
         }
     }
 
-    fn particulars(&self, file: &str, has_sections: bool) -> Result<Particulars, PropellerFileError> {
+    fn particulars(
+        &self,
+        file: &str,
+        has_sections: bool,
+        given: Option<f64>,
+    ) -> Result<Particulars, PropellerFileError> {
         let missing = |line: &'static str| PropellerFault::MissingKey(line).of(file);
         let [name, blades, hand, hub_ratio, section] = self.words;
         let [diameter, hub_diameter, hub_length] = self.lengths;
-        let (diameter, line) = diameter.ok_or_else(|| missing("line \"# diameter_mm: …\"; add it"))?;
-        let diameter = in_range(file, "diameter in mm", diameter, [1.0, 20_000.0], line)?;
+        let place = diameter.map(|(_, line)| RowPlace::Text(line));
+        let diameter = diameter.map(|(diameter, _)| diameter).or(given);
+        let diameter = diameter.ok_or_else(|| missing("line \"# diameter_mm: …\"; add it, or give --diameter-mm"))?;
+        let [least, most] = [1.0, 20_000.0];
+        if !(least..=most).contains(&diameter) {
+            let fault = PropellerFault::OutOfRange { key: "diameter in mm", value: diameter, least, most };
+            return Err(PropellerFileError { place, ..fault.of(file) });
+        }
         let (blades, line) = blades.ok_or_else(|| missing("line \"# blades: …\"; add it"))?;
         let n_blades = blades.parse().ok().filter(|n| (2..=12).contains(n)).ok_or_else(|| {
             let fault = PropellerFault::UnknownValue { key: "blades", value: shown(blades), known: "2 to 12" };
@@ -179,19 +190,6 @@ impl<'t> CommentKeys<'t> {
             sections,
         })
     }
-}
-
-fn in_range(
-    file: &str,
-    key: &'static str,
-    value: f64,
-    [least, most]: [f64; 2],
-    line: usize,
-) -> Result<f64, PropellerFileError> {
-    if (least..=most).contains(&value) {
-        return Ok(value);
-    }
-    Err(PropellerFault::OutOfRange { key, value, least, most }.at(file, &RowPlace::Text(line)))
 }
 
 /// The value of a word among known ones, in any case.

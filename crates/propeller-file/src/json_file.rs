@@ -33,9 +33,10 @@ pub struct PropellerJson {
     /// Name of the propeller in the job.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub name: Option<String>,
-    /// Diameter D.
+    /// Diameter D. Default: the one given beside the file (`--diameter-mm`).
     #[schemars(range(min = 1, max = 20_000))]
-    pub diameter_mm: f64,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub diameter_mm: Option<f64>,
     /// Number of blades.
     #[schemars(range(min = 2, max = 12))]
     pub blades: u32,
@@ -249,9 +250,10 @@ fn ordinates_at_most<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Optio
 }
 
 /// Reads a JSON file.
-pub(crate) fn read(file: &str, bytes: &[u8]) -> Result<PropellerFile, PropellerFileError> {
+pub(crate) fn read(file: &str, bytes: &[u8], given: Option<f64>) -> Result<PropellerFile, PropellerFileError> {
     let json: PropellerJson = from_json(bytes).map_err(|fault| PropellerFault::Json(fault).of(file))?;
-    let diameter = json.diameter_mm;
+    let missing = || PropellerFault::MissingKey("key \"diameter_mm\"; add it, or give --diameter-mm").of(file);
+    let diameter = json.diameter_mm.or(given).ok_or_else(missing)?;
     if !(1.0..=20_000.0).contains(&diameter) {
         let fault = PropellerFault::OutOfRange { key: "diameter_mm", value: diameter, least: 1.0, most: 20_000.0 };
         return Err(fault.of(file));

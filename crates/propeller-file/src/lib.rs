@@ -58,12 +58,25 @@ pub use raw_table::{MAX_OFFSETS, MAX_RADII};
 /// # Errors
 /// If the file describes no propeller; names row and column.
 pub fn read_propeller(file: &str, bytes: &[u8]) -> Result<PropellerFile, PropellerFileError> {
+    read_propeller_with(file, bytes, None)
+}
+
+/// Reads a propeller as [`read_propeller`] does. `diameter_mm` is the diameter of a file that gives
+/// none; that of a file counts before it ([`PropellerFile::spec`] scales).
+///
+/// # Errors
+/// As [`read_propeller`], and if the diameter is needed and out of range.
+pub fn read_propeller_with(
+    file: &str,
+    bytes: &[u8],
+    diameter_mm: Option<f64>,
+) -> Result<PropellerFile, PropellerFileError> {
     let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes).trim_ascii_start();
     if text.starts_with(b"{") {
-        json_file::read(file, bytes)
+        json_file::read(file, bytes, diameter_mm)
     } else if openprop_file::is_openprop(bytes) {
         openprop_file::read(file, bytes)
     } else {
-        csv_file::read(file, bytes)
+        csv_file::read(file, bytes, diameter_mm)
     }
 }

@@ -31,7 +31,7 @@ pub enum NewJob {
     OwnPropeller {
         /// Its table.
         table: PathBuf,
-        /// Its diameter, mm, if not that of the table.
+        /// Its diameter, mm, if not that of the table; needed by a table without one.
         diameter_mm: Option<f64>,
     },
     /// DTMB 4119 on the mill with two heads, both sides at once.

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use facemill_propeller_file::read_propeller;
+use facemill_propeller_file::read_propeller_with;
 use facemill_sample_parts::{BladeResolution, BladeSurface, Hand, PropellerSpec, chord_error};
 use serde_json::json;
 
@@ -40,7 +40,7 @@ pub(crate) fn table_text(table: &Path, diameter: Option<f64>, read: ReadFile<'_>
 }
 
 fn read_table(table: &Path, diameter: Option<f64>, read: ReadFile<'_>) -> Result<(String, PropellerSpec), String> {
-    let file = read_propeller(&table.display().to_string(), &read(table)?).map_err(|e| e.to_string())?;
+    let file = read_propeller_with(&table.display().to_string(), &read(table)?, diameter).map_err(|e| e.to_string())?;
     let spec = file.spec(diameter).map_err(|e| e.to_string())?;
     let stem = || table.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
     Ok((file.name.unwrap_or_else(stem), spec))

@@ -119,6 +119,35 @@ fn tables_that_describe_no_propeller_have_exit_code_2_and_write_nothing() {
     }
 }
 
+/// A table without a diameter takes that of the option, as one that has it in its text; a table with
+/// one is scaled by it.
+#[test]
+fn the_diameter_of_the_option_is_enough_for_a_table_and_scales_one_that_has_it() {
+    let good = csv_of(PropellerSeries::Vp1304, "VP1304", "right");
+    let bare: String =
+        good.lines().filter(|line| !line.contains("diameter_")).map(|line| format!("{line}\n")).collect();
+    assert!(bare.len() < good.len(), "{good}");
+    let of = |text: &str, diameter: Option<&str>| {
+        let folder = folder_with("own.csv", text);
+        let (job, table) = (folder.path("job"), folder.path("own.csv"));
+        let mut arguments: Vec<std::ffi::OsString> =
+            vec!["new".into(), "propeller".into(), job.clone().into(), "--table".into(), table.into()];
+        arguments.extend(diameter.into_iter().flat_map(|mm| ["--diameter-mm".into(), mm.into()]));
+        let (code, errors) = code_and_errors(&run(&arguments));
+        (code, errors, std::fs::read(job.join("propeller.glb")).unwrap_or_default())
+    };
+    let (code, errors, _) = of(&bare, None);
+    assert!(
+        code == 2 && errors.contains("has no line \"# diameter_mm: …\"; add it, or give --diameter-mm"),
+        "{errors}"
+    );
+    let (code, errors, alone) = of(&bare, Some("600"));
+    assert_eq!((code, errors.as_str()), (0, ""));
+    let (code, errors, scaled) = of(&good.replace("diameter_mm: 600", "diameter_mm: 300"), Some("600"));
+    assert_eq!((code, errors.as_str()), (0, ""));
+    assert!(!alone.is_empty() && alone == scaled);
+}
+
 /// A mesh as a 3MF package, in inches, its object placed by a shift.
 fn threemf(mesh: &TriMesh, name: &str) -> Vec<u8> {
     let mut model =

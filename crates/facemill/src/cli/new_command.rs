@@ -36,7 +36,8 @@ pub(crate) enum NewPart {
         /// Series
         #[arg(long, default_value = "dtmb4119")]
         series: SeriesName,
-        /// Diameter; default: 3048, or that of the table
+        /// Diameter; default: 3048, or that of the table. A table with another one is scaled to it;
+        /// lengths of a table without one are those at this diameter
         #[arg(long, value_name = "MM", allow_negative_numbers = true, value_parser = above_zero)]
         diameter_mm: Option<f64>,
         /// Number of blades (Wageningen B only; default: 4)

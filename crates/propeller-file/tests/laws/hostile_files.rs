@@ -1,7 +1,7 @@
 //! Files that describe no propeller: each fault names file, row, column and remedy, in bounded
 //! time.
 
-use facemill_propeller_file::read_propeller;
+use facemill_propeller_file::{read_propeller, read_propeller_with};
 use facemill_test_kit::Random;
 
 use crate::kit::{DTMB_4119, VP1304, read, refused};
@@ -165,6 +165,23 @@ fn faults_of_json_name_field_line_and_column() {
         let why = why(from, to);
         assert!(why.starts_with(start) && why.contains(remedy), "{from} → {to}: {why}");
     }
+}
+
+/// A diameter beside the file is that of one without, and of no other.
+#[test]
+fn a_diameter_beside_the_file_is_taken_where_the_file_has_none() {
+    let bare = VP1304.replace("# diameter_mm: 250\n", "");
+    let with = |text: &str, mm: f64| read_propeller_with("own.csv", text.as_bytes(), Some(mm));
+    let file = with(&bare, 250.0).unwrap();
+    assert_eq!(file, read_propeller("own.csv", VP1304.as_bytes()).unwrap());
+    // Lengths are those at that diameter: the radii in mm no longer end at the tip of another.
+    assert!(with(&bare, 400.0).and_then(|file| file.spec(None)).is_err());
+    assert_eq!(with(VP1304, 400.0).unwrap().diameter_mm, 250.0);
+    assert_eq!(with(VP1304, 400.0).unwrap().spec(Some(400.0)).unwrap().diameter(), 400.0);
+    let why = refused(&bare);
+    assert_eq!(why, "own.csv: has no line \"# diameter_mm: …\"; add it, or give --diameter-mm");
+    let why = with(&bare, 1e9).unwrap_err().to_string();
+    assert!(why.starts_with("own.csv: diameter in mm is 1000000000; it lies between 1 and 20000"), "{why}");
 }
 
 #[test]
