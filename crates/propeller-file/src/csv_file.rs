@@ -17,6 +17,10 @@ const LENGTH_KEYS: [&str; 3] = ["diameter", "hub_diameter", "hub_length"];
 /// Names of the hands.
 pub(crate) const HANDS: [(&str, Hand); 2] = [("right", Hand::Right), ("left", Hand::Left)];
 
+/// Fault of a text whose first line has no name of a column.
+const NO_TABLE: &str = "is no table of a propeller: its first line has no name of a column; write a header line such as \
+                        r_R,c_D,P_D,t_c,f_c,skew_deg,rake_D above the rows";
+
 /// Values of the keys, each with its line.
 #[derive(Default)]
 struct CommentKeys<'t> {
@@ -55,6 +59,10 @@ pub(crate) fn read(file: &str, bytes: &[u8], given: Option<f64>) -> Result<Prope
                     name.eq_ignore_ascii_case("x_c") && column_named(TableKind::Sections, cell).is_some()
                 });
                 let kind = if has_stations { TableKind::Sections } else { TableKind::Radial };
+                let is_column = |cell: &&str| column_named(kind, cell).is_some();
+                if tables.is_empty() && !cells.iter().any(is_column) {
+                    return Err(PropellerFault::WrongTables(NO_TABLE).at(file, &place));
+                }
                 let table = RawTable::with_columns(file, &place, kind, &cells)?;
                 if tables.iter().any(|before| before.kind == kind) {
                     let twice = "is a second header of the same kind; keep one table of radii and one of sections";

@@ -74,6 +74,9 @@ pub fn read_propeller_with(
     let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes).trim_ascii_start();
     if text.starts_with(b"{") {
         json_file::read(file, bytes, diameter_mm)
+    } else if text.starts_with(b"[") {
+        // Lists in lists, as deep as they may be, are no header line.
+        Err(PropellerFault::WrongTables("is no table: JSON of a propeller is an object, in { }").of(file))
     } else if openprop_file::is_openprop(bytes) {
         openprop_file::read(file, bytes)
     } else {

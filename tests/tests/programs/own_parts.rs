@@ -105,9 +105,11 @@ fn the_command_says_how_it_understands_a_table() {
 fn tables_that_describe_no_propeller_have_exit_code_2_and_write_nothing() {
     let good = csv_of(PropellerSeries::Dtmb4119, "DTMB 4119", "right");
     let cases = [
-        (good.replacen("0.4048", "nan", 1), vec!["own.csv, line 10, column \"c_D\"", "no number"]),
-        (good.replacen("0.4048", "-1", 1), vec!["own.csv, line 10: ", "chord"]),
-        (good.replacen("hub_ratio: 0.2", "hub_ratio: 0.1", 1), vec!["own.csv, line 8: ", "add a row at the hub"]),
+        (good.replacen("0.4048", "nan", 1), vec!["own.csv: line 10, column \"c_D\": ", "no number"]),
+        (good.replacen("0.4048", "-1", 1), vec!["own.csv: line 10: ", "chord"]),
+        (good.replacen("hub_ratio: 0.2", "hub_ratio: 0.1", 1), vec!["own.csv: line 8: ", "add a row at the hub"]),
+        ("[".repeat(10_000) + &"]".repeat(10_000), vec!["own.csv: is no table: JSON of a propeller is an object"]),
+        ("name of a pipe\n1\n".to_owned(), vec!["own.csv: line 1: is no table of a propeller: "]),
     ];
     for (text, words) in cases {
         let folder = folder_with("own.csv", &text);
@@ -116,11 +118,19 @@ fn tables_that_describe_no_propeller_have_exit_code_2_and_write_nothing() {
             ["new".into(), "propeller".into(), job.clone().into_os_string(), "--table".into(), table.into()];
         let (code, errors) = code_and_errors(&run(&arguments));
         assert!(code == 2 && words.iter().all(|word| errors.contains(word)) && !job.exists(), "{code}: {errors}");
+        let file = folder.path("own.csv").display().to_string();
+        assert!(errors.starts_with(&format!("facemill: {file}: ")), "{errors}");
     }
+    let folder = folder_with("own.csv", "");
+    let (job, table) = (folder.path("job"), folder.path("none.csv"));
+    let arguments = ["new".into(), "propeller".into(), job.into_os_string(), "--table".into(), table.clone().into()];
+    let (code, errors) = code_and_errors(&run(&arguments));
+    let expected = format!("facemill: {}: cannot be read: ", table.display());
+    assert!(code == 2 && errors.starts_with(&expected), "{code}: {errors}");
 }
 
-/// A table without a diameter takes that of the option, as one that has it in its text; a table with
-/// one is scaled by it.
+/// A table without a diameter takes that of the option, as one that has it in its text; a table
+/// with one is scaled by it.
 #[test]
 fn the_diameter_of_the_option_is_enough_for_a_table_and_scales_one_that_has_it() {
     let good = csv_of(PropellerSeries::Vp1304, "VP1304", "right");
@@ -247,9 +257,9 @@ fn the_inf_file_says_whether_an_edge_of_a_blade_is_rounded() {
     assert_eq!(has_corners("Blade 0 TE: EllipseEnd\n"), [true, false]);
     assert_eq!(has_corners("Blade 0 LE: EllipseEnd\nBlade 0 TE: EllipseEnd\n"), [false, false]);
     for (lines, words) in [
-        ("Blade 0 LE: Pointed\n", ["b.inf, line 3: ", "EllipseEnd, CutOffEnd"]),
+        ("Blade 0 LE: Pointed\n", ["b.inf: line 3: ", "EllipseEnd, CutOffEnd"]),
         ("Blade 0 LE: CutOffEnd\n", ["b.inf: ", "say that the edge is rounded"]),
-        ("Number of Blades Per Set: 2\n", ["b.inf, line 3: ", "## Splitter blade"]),
+        ("Number of Blades Per Set: 2\n", ["b.inf: line 3: ", "## Splitter blade"]),
     ] {
         let folder = blade_of_ellipses(lines);
         let (job, from) = (folder.path("job"), folder.path("b.inf"));

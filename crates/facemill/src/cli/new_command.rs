@@ -1,6 +1,6 @@
 //! `facemill new`.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::{Args, Subcommand, ValueEnum};
@@ -157,7 +157,7 @@ pub(crate) fn run(arguments: NewArguments) -> Result<ExitCode, Failure> {
         NewPart::Blade { dir, from, scale, hub } => (dir, NewJob::Blade { from, scale, hub }),
     };
     let written = new_job_for(&job, arguments.machine.as_deref(), arguments.dialect)
-        .map_err(|message| Failure::Input { file: dir.clone(), message })?;
+        .map_err(|message| fault_of(&job, &dir, message))?;
     let occupied = std::fs::read_dir(&dir).is_ok_and(|mut entries| entries.next().is_some());
     if occupied {
         return Err(Failure::input(&dir, "the folder is not empty; name a new one"));
@@ -168,7 +168,7 @@ pub(crate) fn run(arguments: NewArguments) -> Result<ExitCode, Failure> {
         _ => true,
     };
     let text = if is_file(&job) { as_read(&job) } else { Ok(None) };
-    let text = text.map_err(|message| Failure::Input { file: dir.clone(), message })?;
+    let text = text.map_err(|message| fault_of(&job, &dir, message))?;
     files::write_all(&dir, &written)?;
     let names: Vec<&str> = written.iter().map(|(n, _)| n.as_str()).collect();
     say(&format!("{}: {}\n", dir.display(), names.join(", ")))?;
@@ -177,6 +177,20 @@ pub(crate) fn run(arguments: NewArguments) -> Result<ExitCode, Failure> {
     }
     say(&format!("plan it with: facemill plan {}\n", dir.display()))?;
     Ok(ExitCode::SUCCESS)
+}
+
+/// Returns the fault of a job: of the file that describes the part, which most messages begin with,
+/// or of the folder where there is none.
+fn fault_of(job: &NewJob, dir: &Path, message: String) -> Failure {
+    let file = match job {
+        NewJob::OwnPropeller { table: file, .. } | NewJob::Blade { from: file, .. } => file,
+        _ => return Failure::Input { file: dir.to_owned(), message },
+    };
+    let name = file.display().to_string();
+    let of_file = message.strip_prefix(&name);
+    let rest = of_file.and_then(|rest| rest.strip_prefix(": ").or_else(|| rest.strip_prefix(", ")));
+    let unread = message.strip_prefix(&format!("cannot read {name}: ")).map(|why| format!("cannot be read: {why}"));
+    Failure::input(file, unread.as_deref().or(rest).unwrap_or(&message))
 }
 
 /// Name in the job file: says what was read of a file.

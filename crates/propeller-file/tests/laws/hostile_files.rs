@@ -167,10 +167,32 @@ fn faults_of_json_name_field_line_and_column() {
     }
 }
 
+/// A file of another kind is called no table, and not a table with a wrong column.
+#[test]
+fn files_of_other_kinds_are_no_table() {
+    let deep = |n: usize| "[".repeat(n) + &"]".repeat(n);
+    for list in [deep(1), deep(130), deep(100_000), "\u{feff} [{\"r_R\": 0.2}]".to_owned()] {
+        assert_eq!(refused(&list), "own.csv: is no table: JSON of a propeller is an object, in { }");
+    }
+    let nested = format!("{{\"format\": {}}}", deep(100_000));
+    for json in ["{\"rows\": [[[[[[[[[[[[[[[1]]]]]]]]]]]]]]]}", "{}", &nested] {
+        let why = refused(json);
+        assert!(!why.contains("column of the") && why.len() < 400, "{why}");
+    }
+    for other in ["solid part\nfacet normal 0 0 1\n", "null", "\"text\"", "<svg>\n", "# note\nG0 X1\n"] {
+        let why = refused(other);
+        let line = 1 + other.matches('#').count();
+        assert!(why.starts_with(&format!("own.csv, line {line}: is no table of a propeller: ")), "{why}");
+    }
+    // A header with one known name is one, and its others are named.
+    let why = refused("# blades: 3\nr_R,colour\n");
+    assert!(why.starts_with("own.csv, line 2, column \"colour\": is no column"), "{why}");
+}
+
 /// A diameter beside the file is that of one without, and of no other.
 #[test]
 fn a_diameter_beside_the_file_is_taken_where_the_file_has_none() {
-    let bare = VP1304.replace("# diameter_mm: 250\n", "");
+    let bare = VP1304.replace("# diameter_mm: 250", "# D 250 mm");
     let with = |text: &str, mm: f64| read_propeller_with("own.csv", text.as_bytes(), Some(mm));
     let file = with(&bare, 250.0).unwrap();
     assert_eq!(file, read_propeller("own.csv", VP1304.as_bytes()).unwrap());
