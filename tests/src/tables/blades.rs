@@ -92,8 +92,8 @@ pub fn chosen_passes(file: &'static str, hub: bool, chosen: &ChosenPasses) -> Ve
 /// The table of outcomes as Markdown.
 pub fn markdown(outcomes: &[BladeOutcome]) -> String {
     let mut text = String::from(
-        "| blade | hub | side | triangles | CC points | planned | passes, m | largest gouge / budget, mm | findings |\n\
-         |---|---|---|---|---|---|---|---|---|\n",
+        "| blade | hub | side | triangles | CC points | planned | passes, m | cuts, min | rapids, min | largest gouge / \
+         budget, mm | findings |\n|---|---|---|---|---|---|---|---|---|---|---|\n",
     );
     for o in outcomes {
         let hub = if o.hub { "with" } else { "without" };
@@ -102,7 +102,7 @@ pub fn markdown(outcomes: &[BladeOutcome]) -> String {
             Err(why) => {
                 // The folder the job was in is of no interest.
                 let why = why.to_string().rsplit('/').next().unwrap_or_default().replace('|', "/");
-                text += &format!("{start} | | | | | {why} |\n");
+                text += &format!("{start} | | | | | | | {why} |\n");
             }
             Ok(planned) => {
                 let report = &planned.report;
@@ -110,10 +110,12 @@ pub fn markdown(outcomes: &[BladeOutcome]) -> String {
                 let part = report.meshes.last().and_then(|mesh| mesh.repair.get("n_triangles_in"));
                 let triangles = part.map_or(String::new(), ToString::to_string);
                 text += &format!(
-                    "{start} {triangles} | {} | {:.2} % | {:.2} | {:.3} / {:.3} | {} |\n",
+                    "{start} {triangles} | {} | {:.2} % | {:.2} | {:.1} | {:.1} | {:.3} / {:.3} | {} |\n",
                     report.totals.cc_points,
                     100.0 * report.totals.planned_fraction,
                     report.totals.passes_length_mm / 1000.0,
+                    report.times.cutting_s.unwrap_or(report.times.constant_cutting_s) / 60.0,
+                    report.times.rapid_s.unwrap_or(report.times.constant_rapid_s) / 60.0,
                     report.worst.gouge_mm.unwrap_or(0.0),
                     report.budgets[0].against_mesh_mm,
                     if report.findings.is_empty() { "none".to_owned() } else { report.findings.len().to_string() },
