@@ -44,6 +44,7 @@ impl Strategy {
         match self {
             Self::ParallelPlanes(s) => Some(Sections::ParallelPlanes(*s)),
             Self::CylindricalSections(s) => Some(Sections::CylindricalSections(*s)),
+            Self::Spiral(Spiral { levels: SpiralLevels::Sections(s) }) => Some(*s),
             Self::Flow(_) | Self::Spiral(_) | Self::Edge(_) | Self::Root(_) => None,
             Self::ConstantScallop(s) => s.within,
         }

@@ -141,6 +141,22 @@ fn a_spiral_flows_between_two_borders_that_are_no_levels() {
 }
 
 #[test]
+fn the_levels_of_a_spiral_bound_the_region_that_it_finishes() {
+    let s = surface(plane(40.0, 40.0, 20, 20));
+    let region = Region::default();
+    let of_rings = rings(Point3::new(20.0, 20.0, 0.0), 4.0, 10.0);
+    let samples = |strategy: &Strategy| {
+        let requested = RequestedStrategy { strategy, corner_radius: 1.0 };
+        RequestedRegion::new(&s, &region, Some(requested)).unwrap().samples(0.25)
+    };
+    let of_spiral = samples(&spiral(of_rings.clone()));
+    assert_eq!(of_spiral, samples(&of_rings));
+    let area: f64 = of_spiral.iter().map(|sample| sample.area).sum();
+    let of_ring = std::f64::consts::PI * (10.0 * 10.0 - 4.0 * 4.0);
+    assert!((area / of_ring - 1.0).abs() < 0.02, "{area} of {of_ring}");
+}
+
+#[test]
 fn regions_without_closed_levels_are_named() {
     let error = |s: &Surface, strategy: &Strategy| {
         let e = lay_passes(s, &Region::default(), strategy, &LaySettings::default(), &|_| 2.0, &Silent);
