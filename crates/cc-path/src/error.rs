@@ -93,7 +93,7 @@ pub enum PathError {
     },
     /// A flow names no border of the region.
     #[error(
-        "flow.{end}: no border of the region lies within {within} mm of {what}; {}", nearest_border(*nearest)
+        "flow.{end}: no border of the region lies within {within} mm of {what}; {}", nearest_border(*nearest, *within)
     )]
     NoFlowEnd {
         /// The end: "from" or "to".
@@ -396,10 +396,17 @@ fn rounded_up(value: f64) -> f64 {
     (value * digits + 0.1).ceil() / digits
 }
 
-fn nearest_border(nearest: f64) -> String {
-    if nearest.is_finite() {
+fn nearest_border(nearest: f64, within: f64) -> String {
+    let bound = "bound it there, as by the region's key between with the same planes or cylinders";
+    if nearest <= within {
         format!(
-            "the nearest is {nearest:.3} mm away: name what bounds the region, or allow a larger distance within_mm"
+            "a border only crosses it, or lies there for no more than four times within_mm: name what bounds the region, \
+             or {bound}"
+        )
+    } else if nearest.is_finite() {
+        format!(
+            "the nearest is {nearest:.3} mm away: name what bounds the region, {bound}, or allow a larger distance \
+             within_mm"
         )
     } else {
         "there is nothing to measure to: the region has no border, or the group no triangle".to_owned()

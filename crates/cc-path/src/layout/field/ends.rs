@@ -19,7 +19,7 @@ pub(crate) fn end_values(patch: &Patch, flow: &Flow) -> Result<Vec<Option<f64>>,
     let from = EndBorder::of(patch, &borders, &flow.from, "from", flow.within)?;
     let to = EndBorder::of(patch, &borders, &flow.to, "to", flow.within)?;
     for (end, value) in [(&from, 0.0), (&to, 1.0)] {
-        for &v in end.on_end(&borders).flatten() {
+        for v in end.edges.iter().flat_map(|&e| borders[e]) {
             let position = patch.mesh.vertices()[v as usize];
             match values[v as usize].replace(value) {
                 Some(before) if before != value => return Err(PathError::FlowEndsTouch { position }),
@@ -27,8 +27,8 @@ pub(crate) fn end_values(patch: &Patch, flow: &Flow) -> Result<Vec<Option<f64>>,
             }
         }
     }
-    let is_open = |e: usize| !from.holds(e) && !to.holds(e);
-    let open: Vec<usize> = (0..borders.len()).filter(|&e| is_open(e)).collect();
+    let is_open = |e: &usize| !from.edges.contains(e) && !to.edges.contains(e);
+    let open: Vec<usize> = (0..borders.len()).filter(is_open).collect();
     for run in open_runs(&borders, &open, &values) {
         from.check_whole(patch, &borders, &run, &values, 0.0)?;
         to.check_whole(patch, &borders, &run, &values, 1.0)?;
@@ -45,7 +45,14 @@ struct EndBorder<'a> {
     within: f64,
     /// Distance of each border edge from the end by its farthest place, mm.
     distances: Vec<f64>,
+    /// Border edges that lie on it.
+    edges: BTreeSet<usize>,
 }
+
+/// An end is longer than this many times the distance allowed. Shorter: a border that crosses the
+/// plane, cylinder or curve lies on it for about twice that distance, and would be an end. Longer:
+/// short ends are refused.
+const LONGER: f64 = 4.0;
 
 /// Open edges between two edges on an end interrupt it where they are no farther from it than so
 /// many times the distance allowed,
@@ -56,7 +63,7 @@ const SHALLOW: f64 = 0.1;
 
 impl<'a> EndBorder<'a> {
     /// # Errors
-    /// When the end names no border.
+    /// When the end names no border, or only places where a border crosses it.
     fn of(
         patch: &Patch,
         borders: &[[u32; 2]],
@@ -70,20 +77,14 @@ impl<'a> EndBorder<'a> {
             distance(&a).max(distance(&b)).max(distance(&nalgebra::center(&a, &b)))
         };
         let distances: Vec<f64> = borders.iter().map(of_edge).collect();
-        let this = Self { end, name, within, distances };
-        if this.on_end(borders).next().is_none() {
-            let nearest = this.distances.into_iter().fold(f64::INFINITY, f64::min);
+        let near: Vec<usize> = (0..borders.len()).filter(|&e| distances[e] <= within).collect();
+        let mut runs = open_runs(borders, &near, &vec![None; patch.mesh.vertices().len()]);
+        runs.retain(|run| length_of(patch, borders, run) > LONGER * within);
+        if runs.is_empty() {
+            let nearest = distances.into_iter().fold(f64::INFINITY, f64::min);
             return Err(PathError::NoFlowEnd { end: name, what: described(end), within, nearest });
         }
-        Ok(this)
-    }
-
-    fn holds(&self, edge: usize) -> bool {
-        self.distances[edge] <= self.within
-    }
-
-    fn on_end<'b>(&'b self, borders: &'b [[u32; 2]]) -> impl Iterator<Item = &'b [u32; 2]> {
-        borders.iter().enumerate().filter(|(e, _)| self.holds(*e)).map(|(_, edge)| edge)
+        Ok(Self { end, name, within, distances, edges: runs.into_iter().flatten().collect() })
     }
 
     /// # Errors
@@ -101,17 +102,20 @@ impl<'a> EndBorder<'a> {
         let Some(&farthest) = run.iter().max_by(|a, b| self.distances[**a].total_cmp(&self.distances[**b])) else {
             return Ok(());
         };
-        let places = |e: usize| borders[e].map(|v| patch.mesh.vertices()[v as usize]);
-        let length: f64 = run.iter().map(|&e| places(e)).map(|[a, b]| nalgebra::distance(&a, &b)).sum();
         let off = self.distances[farthest];
-        if !lies_between || off > (WOBBLE * self.within).max(SHALLOW * length) {
+        if !lies_between || off > (WOBBLE * self.within).max(SHALLOW * length_of(patch, borders, run)) {
             return Ok(());
         }
-        let [a, b] = places(farthest);
+        let [a, b] = borders[farthest].map(|v| patch.mesh.vertices()[v as usize]);
         let position = nalgebra::center(&a, &b);
         let (end, what, within) = (self.name, described(self.end), self.within);
         Err(PathError::FlowEndBroken { end, what, within, farthest: off, position })
     }
+}
+
+fn length_of(patch: &Patch, borders: &[[u32; 2]], run: &[usize]) -> f64 {
+    let places = run.iter().map(|&e| borders[e].map(|v| patch.mesh.vertices()[v as usize]));
+    places.map(|[a, b]| nalgebra::distance(&a, &b)).sum()
 }
 
 /// Open edges in runs between vertices that have a value.

@@ -181,6 +181,22 @@ fn wrong_ends_are_named_with_a_remedy() {
     assert!(e.contains("does not touch \"from\" of the flow") && e.contains("an operation of its own"), "{e}");
     let e = error(&two, FlowEnd::Group("hub".to_owned()), right.clone());
     assert!(e.contains("no group \"hub\""), "{e}");
+    // Ends inside the region, whose box ends just beside columns of vertices: its sides cross the
+    // planes in border edges of almost no length.
+    let sheet = surface(waves(40));
+    let bounds = Aabb { min: Point3::new(20.0 + 1e-6, 10.0, -50.0), max: Point3::new(60.0 + 1e-6, 50.0, 50.0) };
+    let region = Region { bounds: Some(bounds), ..Region::default() };
+    let inside = [20.0, 40.0].map(|y| end([0.0, y, 0.0], Vector3::y_axis()));
+    let [from, to] = inside.clone();
+    let strategy = Strategy::Flow(Flow { from, to, within: 0.05 });
+    let laid = lay_passes(&sheet, &region, &strategy, &LaySettings::default(), &|_| 2.0, &Silent);
+    let e = laid.map(|laid| laid.passes.len()).unwrap_err().to_string();
+    assert!(e.starts_with("flow.from: no border of the region lies within 0.05 mm of its plane"), "{e}");
+    assert!(e.contains("a border only crosses it") && e.contains("by the region's key between"), "{e}");
+    let between =
+        ParallelPlanes { origin: Point3::origin(), normal: Vector3::y_axis(), from: Some(20.0), to: Some(40.0) };
+    let region = Region { between: Some(Sections::ParallelPlanes(between)), ..region };
+    lay_passes(&sheet, &region, &strategy, &LaySettings::default(), &|_| 2.0, &Silent).expect("ends on its border");
     let laid = lay(&surface(two), &flow(left, right), &LaySettings::default());
     assert_eq!(laid.passes.len(), 2 * laid.n_levels, "each level has a pass on both parts");
 }
