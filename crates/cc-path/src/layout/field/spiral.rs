@@ -213,10 +213,14 @@ fn ring_length(curve: &LevelCurve) -> f64 {
 
 /// Returns the error of a level at the vertex nearest to it.
 fn no_spiral(patch: &Patch, level: f64, fault: &'static str) -> PathError {
-    let off = |l: &f64| (l - level).abs();
-    let at_level = patch.levels.iter().zip(patch.mesh.vertices());
-    let nearest = at_level.min_by(|(a, _), (b, _)| off(a).total_cmp(&off(b)));
-    let position = nearest.map_or_else(Point3::origin, |(_, position)| *position);
+    no_spiral_at(patch, 0..patch.levels.len() as u32, level, fault)
+}
+
+/// Returns the error of a level at that of these vertices that is nearest to it.
+fn no_spiral_at(patch: &Patch, vertices: impl IntoIterator<Item = u32>, level: f64, fault: &'static str) -> PathError {
+    let off = |v: &u32| (patch.levels[*v as usize] - level).abs();
+    let nearest = vertices.into_iter().min_by(|a, b| off(a).total_cmp(&off(b)));
+    let position = nearest.map_or_else(Point3::origin, |v| patch.mesh.vertices()[v as usize]);
     PathError::NoSpiral { level, fault, position }
 }
 
@@ -227,22 +231,24 @@ fn no_spiral(patch: &Patch, level: f64, fault: &'static str) -> PathError {
 /// not reach it.
 fn closed_range(patch: &Patch, field: &FieldBands, range: (f64, f64)) -> Result<[f64; 2], PathError> {
     let borders = border_ranges(patch);
-    let by_low = |a: &&BorderRange, b: &&BorderRange| a.low.0.total_cmp(&b.low.0);
-    let by_high = |a: &&BorderRange, b: &&BorderRange| a.high.0.total_cmp(&b.high.0);
-    let (Some(lower), Some(upper)) = (borders.iter().min_by(by_low), borders.iter().max_by(by_high)) else {
+    let by_low = |a: &&[f64; 2], b: &&[f64; 2]| a[0].total_cmp(&b[0]);
+    let by_high = |a: &&[f64; 2], b: &&[f64; 2]| a[1].total_cmp(&b[1]);
+    let (Some(&[low, lower]), Some(&[upper, high])) = (borders.iter().min_by(by_low), borders.iter().max_by(by_high))
+    else {
         return Err(no_spiral(patch, 0.0, "has no border below and above it"));
     };
-    let open = |(level, v): (f64, u32)| {
-        let position = patch.mesh.vertices()[v as usize];
-        Err(PathError::NoSpiral { level, fault: "is open", position })
+    // The mesh reaches beyond the levels to be cut, by up to a triangle.
+    let open = |level: f64| {
+        let level = level.max(range.0).min(range.1);
+        Err(no_spiral_at(patch, border_edges(patch).into_iter().flatten(), level, "is open"))
     };
     let (lowest, highest) = border_levels(patch, range)?;
     let inset = (BORDER_INSET * extent(&patch.mesh)).min(1e-3 * (highest - lowest));
-    let (first, last) = ((lower.high.0 + inset).max(lowest), (upper.low.0 - inset).min(highest));
+    let (first, last) = ((lower + inset).max(lowest), (upper - inset).min(highest));
     if first >= last {
-        return open(lower.high);
+        return open(lower);
     }
-    for (from, to, at) in [(lowest, first, lower.low), (last, highest, upper.high)] {
+    for (from, to, at) in [(lowest, first, low), (last, highest, high)] {
         if to > from && AccumulatedWidth::of(field.edges(patch), [from, to]).total() > 0.5 {
             return open(at);
         }
@@ -250,14 +256,8 @@ fn closed_range(patch: &Patch, field: &FieldBands, range: (f64, f64)) -> Result<
     Ok([first, last])
 }
 
-/// Lowest and highest level of a border, and the vertices that have them.
-struct BorderRange {
-    low: (f64, u32),
-    high: (f64, u32),
-}
-
-/// The borders of a patch, in the order of their first edge.
-fn border_ranges(patch: &Patch) -> Vec<BorderRange> {
+/// Lowest and highest level of each border of a patch, in the order of their first edge.
+fn border_ranges(patch: &Patch) -> Vec<[f64; 2]> {
     let mut next: Vec<Vec<u32>> = vec![Vec::new(); patch.mesh.vertices().len()];
     let borders: Vec<[u32; 2]> = border_edges(patch);
     for &[a, b] in &borders {
@@ -267,16 +267,15 @@ fn border_ranges(patch: &Patch) -> Vec<BorderRange> {
     let mut ranges = Vec::new();
     for &[first, _] in &borders {
         let mut queue = vec![first];
-        let mut range: Option<BorderRange> = None;
+        let mut range: Option<[f64; 2]> = None;
         while let Some(v) = queue.pop() {
             let neighbours = std::mem::take(&mut next[v as usize]);
             if neighbours.is_empty() {
                 continue;
             }
-            let at = (patch.levels[v as usize], v);
-            let range = range.get_or_insert(BorderRange { low: at, high: at });
-            range.low = if at.0 < range.low.0 { at } else { range.low };
-            range.high = if at.0 > range.high.0 { at } else { range.high };
+            let level = patch.levels[v as usize];
+            let [low, high] = range.unwrap_or([level; 2]);
+            range = Some([low.min(level), high.max(level)]);
             queue.extend(neighbours);
         }
         ranges.extend(range);

@@ -165,6 +165,9 @@ fn regions_without_closed_levels_are_named() {
     let flat = surface(plane(40.0, 30.0, 8, 6));
     let e = error(&flat, &spiral(planes(Vector3::y_axis())));
     assert!(e.contains("is open at") && e.contains("bound the levels or the region"), "{e}");
+    // Facets reach beyond the last level, which is the one that is named.
+    let e = error(&flat, &spiral(rings(Point3::new(20.0, 15.0, 0.0), 5.0, 18.3)));
+    assert!(e.contains("level 18.300000 is open at"), "{e}");
     // Two tubes side by side.
     let one = tube(|_| 10.0, 20.0, 24, 8);
     let two = surface(one.clone().joined(&one.transformed(&Isometry3::translation(30.0, 0.0, 0.0))));
