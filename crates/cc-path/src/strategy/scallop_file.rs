@@ -90,10 +90,10 @@ impl ConstantScallopFile {
     pub(crate) fn to_scallop(&self) -> Result<ConstantScallop, PathError> {
         let files = std::iter::once(&self.seed).chain(&self.second_seed);
         let within = self.within.as_ref().map(SectionsFile::to_sections);
-        Ok(ConstantScallop {
-            seeds: files.map(SeedFile::to_seed).collect::<Result<_, _>>()?,
-            within: within.transpose()?,
-        })
+        let seeds = files.map(SeedFile::to_seed).collect::<Result<Vec<_>, _>>()?;
+        let setting = "number of different seeds in constant_scallop.seed and constant_scallop.second_seed";
+        require(setting, 1.0, "2; leave second_seed out", seeds.len() == 1 || seeds[0] != seeds[1])?;
+        Ok(ConstantScallop { seeds, within: within.transpose()? })
     }
 }
 

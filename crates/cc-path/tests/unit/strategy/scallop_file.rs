@@ -35,6 +35,17 @@ fn a_second_seed_and_bounds_are_read() {
 }
 
 #[test]
+fn a_seed_that_is_given_twice_is_refused() {
+    let seeds = |second: &str| {
+        let first = r#""plane": { "normal": [3, 0, 0] }"#;
+        strategy(&format!(r#"{{ "seed": {{ {first} }}, "second_seed": {{ "plane": {{ {second} }} }} }}"#))
+    };
+    let e = seeds(r#""normal": [1, 0, 0]"#).unwrap_err().to_string();
+    assert!(e.contains("constant_scallop.second_seed is 1, but has to be 2; leave second_seed out"), "{e}");
+    assert!(seeds(r#""normal": [1, 0, 0], "origin_mm": [5, 0, 0]"#).is_ok());
+}
+
+#[test]
 fn numbers_out_of_range_are_named() {
     for (seed, named) in [
         (r#""plane": { "normal": [0, 0, 0] }"#, "length of constant_scallop.seed.plane.normal is 0"),
