@@ -35,6 +35,7 @@ pub fn summary(report: &Report) -> String {
             t.passes_length_mm / 1000.0
         ),
     ];
+    lines.extend(short_stretches(t.dropped_pieces));
     lines.extend(times(report));
     lines.extend(report.pairs.iter().map(pair));
     lines.extend(report.orders.iter().map(order));
@@ -309,6 +310,14 @@ fn certified(c: &CertifiedReport) -> Vec<String> {
         lines.push(format!("    and {more} more places, see certificates.json"));
     }
     lines
+}
+
+/// Returns the line on stretches of passes that are too short to be cut, if there are any.
+fn short_stretches(n: usize) -> Option<String> {
+    let stretches = if n == 1 { "stretch" } else { "stretches" };
+    (n > 0).then(|| {
+        format!("  left out short    {n} {stretches} shorter than min_pass_length_mm with edge_margin_mm at both ends")
+    })
 }
 
 /// Returns a line on searches of an operation that are not proven as finely as the job requests.

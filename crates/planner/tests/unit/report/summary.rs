@@ -1,6 +1,6 @@
 use facemill_virtual_machine::Assumption;
 
-use crate::report::summary::{assumptions, wider_search};
+use crate::report::summary::{assumptions, short_stretches, wider_search};
 use facemill_job::format::job_file::PostureModeFile;
 use facemill_job::format::report::{PosturesReport, SearchProofReport};
 
@@ -13,6 +13,13 @@ fn many_assumptions_are_counted_and_six_are_shown() {
     assert!(reported.ends_with("    from line 6: no word 6\n    and 2 more, see the report"), "{reported}");
     assert_eq!(assumptions(&[]), ["  assumptions       0"]);
     assert_eq!(assumptions(&all[..6]).len(), 7);
+}
+
+#[test]
+fn stretches_left_out_have_a_line_that_counts_them() {
+    assert_eq!(short_stretches(0), None);
+    assert!(short_stretches(1).unwrap().starts_with("  left out short    1 stretch shorter than min_pass_length_mm"));
+    assert!(short_stretches(19).unwrap().contains("19 stretches"));
 }
 
 #[test]
