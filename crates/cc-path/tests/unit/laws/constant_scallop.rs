@@ -224,6 +224,23 @@ fn a_square_is_cut_in_squares_that_leave_nothing_at_their_corners() {
 }
 
 #[test]
+fn nothing_is_left_within_a_circle_that_is_the_seed() {
+    let (axis_origin, axis_direction) = (Point3::new(20.0, 20.0, 0.0), Vector3::z_axis());
+    for (n, radius, width) in [(40, 12.0, 10.0), (60, 12.0, 5.0), (31, 17.0, 7.0), (50, 9.0, 4.3)] {
+        let s = surface(plane(40.0, 40.0, n, n));
+        let strategy = scallop(vec![Seed::Cylinder { axis_origin, axis_direction, radius }]);
+        let laid = lay_by(&s, &strategy, &settings(width), &|_| width);
+        let mut rng = Random(5);
+        for _ in 0..1000 {
+            let (sin, cos) = (TAU * rng.unit()).sin_cos();
+            let p = axis_origin + Vector3::new(cos, sin, 0.0) * (radius * rng.unit().sqrt());
+            let apart = distance_to_passes(&p, &laid);
+            assert!(apart < 1.02 * 0.5 * width, "{n} {radius} {width}: {apart} mm at {p}");
+        }
+    }
+}
+
+#[test]
 fn the_border_with_a_group_is_a_seed() {
     let mesh = grid(60, 20, |u, v| Point3::new(60.0 * u, 20.0 * v, 0.0));
     let is_left = |t: &[u32; 3]| t.iter().all(|&v| mesh.vertices()[v as usize].x < 30.5);
