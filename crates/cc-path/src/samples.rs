@@ -195,19 +195,23 @@ impl<'a> RequestedRegion<'a> {
         let u = sample.normal.cross(&across).normalize();
         let v = sample.normal.cross(&u);
         let offsets = (-3..=3).flat_map(|i| (-3..=3).map(move |j| (f64::from(i), f64::from(j))));
-        let on_surface = |(i, j): (f64, f64)| {
-            let foot = self.surface.closest_point(&(sample.position + (u * i + v * j) * step), 3.0 * step)?;
-            let normal = self.surface.facet_normal(foot.triangle)?;
-            let is_in = self.contains(foot.triangle, &foot.position);
-            is_in.then_some(RegionSample {
-                position: foot.position,
-                normal,
-                triangle: foot.triangle,
-                area: 0.0,
-                length: 0.0,
-            })
-        };
-        offsets.filter_map(on_surface).collect()
+        let beside = |(i, j): (f64, f64)| self.sample_at(&(sample.position + (u * i + v * j) * step), 3.0 * step);
+        offsets.filter_map(beside).collect()
+    }
+
+    /// Returns the point of the surface that is nearest to `point`, without area; `None` if there is
+    /// none within `reach` (mm), or it is outside the region.
+    pub fn sample_at(&self, point: &Point3<f64>, reach: f64) -> Option<RegionSample> {
+        let foot = self.surface.closest_point(point, reach)?;
+        let normal = self.surface.facet_normal(foot.triangle)?;
+        let is_in = self.contains(foot.triangle, &foot.position);
+        is_in.then_some(RegionSample {
+            position: foot.position,
+            normal,
+            triangle: foot.triangle,
+            area: 0.0,
+            length: 0.0,
+        })
     }
 }
 

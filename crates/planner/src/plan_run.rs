@@ -102,7 +102,7 @@ impl PlanRun<'_> {
         // questions.
         let remaining = program.remaining(stages)?;
         if let Some(remaining) = &remaining {
-            settle_cusps(&mut report, operations, remaining, setup.drive_allowance);
+            settle_cusps(&mut report, operations, remaining, (job, setup))?;
         }
         let (remaining, left) = remaining.map(|r| (r.report, r.by_line)).unzip();
         report.remaining = remaining;

@@ -73,7 +73,6 @@ impl LeftByLine {
 }
 
 /// Material that a program leaves, by operations and by lines.
-#[derive(Clone, Debug)]
 pub struct Remaining {
     /// Figures of the operations.
     pub report: RemainingReport,
@@ -81,6 +80,49 @@ pub struct Remaining {
     pub by_line: LeftByLine,
     /// Places that were measured, of each operation of the report.
     pub places: Vec<Vec<LeftPlace>>,
+    sweeps: Sweeps,
+}
+
+/// A point near a surface whose height is wanted.
+#[derive(Clone, Copy, Debug)]
+pub struct NearSurface {
+    /// Place of the pattern, by its index.
+    pub copy: usize,
+    /// The point, in the first place of the pattern, mm.
+    pub point: Point3<f64>,
+    /// Largest distance of the place on the surface from it, mm.
+    pub reach: f64,
+}
+
+impl Remaining {
+    /// Measures the height at the place of an operation's region that is nearest to each point;
+    /// `None` where it is outside the region or farther than the point's reach. `operation` is an
+    /// index of the report's operations.
+    ///
+    /// # Errors
+    /// If a region is wrong, or there is no such operation.
+    pub fn left_near(
+        &self,
+        (job, setup): (&Job, &Setup<'_>),
+        operation: usize,
+        points: &[NearSurface],
+    ) -> Result<Vec<Option<LeftPlace>>, Failure> {
+        let measured = requested_regions(job, setup)?.into_iter().filter(|region| !region.has_nothing_left());
+        let no_operation = || Failure::Internal(format!("no operation {operation} was measured"));
+        let requested = measured.into_iter().nth(operation).ok_or_else(no_operation)?;
+        let region = requested.region(job, setup)?;
+        let sampled = |near: &NearSurface| {
+            let sample = region.sample_at(&near.point, near.reach)?;
+            Some(sampled_in(setup, (near.copy, requested.places.get(near.copy)?), sample, self.sweeps.reach))
+        };
+        let sampled: Vec<Option<Sampled>> = points.iter().map(sampled).collect();
+        let mut found: Vec<Sampled> = sampled.iter().flatten().copied().collect();
+        cut_before(&self.sweeps.before, &mut found)?;
+        let on: Vec<SurfacePlace> = found.iter().map(|s| s.on).collect();
+        let heights = left_heights(&self.sweeps.sweeps, &on, &Silent).map_err(|_| Failure::Interrupted)?;
+        let mut left = left_on(&found, &MaterialLeft::new(&found, &heights)).into_iter();
+        Ok(sampled.iter().map(|s| s.and_then(|_| left.next())).collect())
+    }
 }
 
 /// Measures the material that a program leaves on the regions of a setup's operations; `None` if no
@@ -121,7 +163,7 @@ pub fn remaining(
     }
     let drive = remaining_on_drive(setup, (&requested, &regions), &sweeps)?;
     let report = RemainingReport { accuracy_mm: ACCURACY, drive, operations };
-    Ok(Some(Remaining { report, by_line, places }))
+    Ok(Some(Remaining { report, by_line, places, sweeps }))
 }
 
 /// A place of an operation's region.
@@ -209,12 +251,7 @@ fn measured(
     stages: &dyn Stages,
 ) -> Result<(MaterialLeft, Vec<Sampled>), Failure> {
     let samples = requested.samples(job, region, [MIN_SAMPLES, MAX_SAMPLES])?;
-    let on = |(place, sample): (usize, RegionSample)| Sampled {
-        place,
-        sample,
-        on: surface_place(setup, &requested.places[place], &sample, *reach),
-        was_cut: false,
-    };
+    let on = |(place, sample)| sampled_in(setup, (place, &requested.places[place]), sample, *reach);
     let mut all: Vec<Sampled> =
         (0..requested.places.len()).flat_map(|k| samples.iter().map(move |s| (k, *s))).map(on).collect();
     let monitor = stages.start(MATERIAL, all.len());
@@ -234,6 +271,11 @@ fn measured(
     measured.add(&finer, &heights(&finer)?);
     all.extend(finer);
     Ok((measured, all))
+}
+
+/// Returns a sample in a place of the pattern, given by its index and its pose.
+fn sampled_in(setup: &Setup<'_>, (place, pose): (usize, &Isometry3<f64>), sample: RegionSample, reach: f64) -> Sampled {
+    Sampled { place, sample, on: surface_place(setup, pose, &sample, reach), was_cut: false }
 }
 
 /// Lowers the stock on samples to what the programs before leave of it.
@@ -335,13 +377,7 @@ fn remaining_on_drive(
             })
         })
     };
-    let place = Isometry3::identity();
-    let on = |sample: RegionSample| Sampled {
-        place: 0,
-        sample,
-        on: surface_place(setup, &place, &sample, *reach),
-        was_cut: false,
-    };
+    let on = |sample| sampled_in(setup, (0, &Isometry3::identity()), sample, *reach);
     let mut all: Vec<Sampled> =
         drive.samples(drive.facet_area() / DRIVE_SAMPLES).into_iter().filter(|s| s.area > 0.0).map(on).collect();
     cut_before(before, &mut all)?;

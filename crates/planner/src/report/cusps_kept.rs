@@ -1,15 +1,15 @@
 //! Cusps along the passes of an operation: whether the limit is kept, the measures taken for it,
 //! and reasons if it is not.
 
-use facemill_cl_data::Aabb;
+use facemill_job::failure::Failure;
 use facemill_job::format::job_file::{OperationFile, PathFile};
 use facemill_job::format::report::Report;
 use facemill_job::format::report::cusps::{CuspReasonReport, CuspsKeptReport};
 use facemill_job::frames::places;
-use facemill_surface_model::Tree;
+use facemill_job::load::job::{Job, Setup};
 use facemill_tool_model::Cusp;
-use facemill_verification::remaining::{LeftPlace, Remaining};
-use nalgebra::{Isometry3, Point3};
+use facemill_verification::remaining::{LeftPlace, NearSurface, Remaining};
+use nalgebra::{Isometry3, Point3, Unit, Vector3};
 
 use crate::passes::extra_passes::ExtraPasses;
 use crate::passes::operation::PlannedOperation;
@@ -46,8 +46,12 @@ pub(crate) fn cusps_kept(planned: &PlannedOperation<'_>) -> CuspsKeptReport {
 /// A point with a higher ridge than permitted toward a pass cut before.
 struct PointBeyond {
     place: Point3<f64>,
-    /// The same in the first place of the pattern.
+    /// Place of the pattern, by its index.
+    copy: usize,
+    /// The point in the first place of the pattern.
     in_first: Point3<f64>,
+    /// Direction across the feed there.
+    across: Unit<Vector3<f64>>,
     step_over: f64,
     /// Predicted height, mm; `None` where the strip stays uncut.
     height: Option<f64>,
@@ -60,77 +64,89 @@ fn points_beyond(planned: &PlannedOperation<'_>) -> Vec<PointBeyond> {
     for (piece, along) in planned.moves.pieces.iter().zip(&planned.along) {
         for at in along.iter().filter(|a| a.is_point) {
             let Some(ridge) = at.ridge.filter(|r| !r.cusp.is_within(operation.tolerances.cusp_mm)) else { continue };
-            let place = piece.piece.cuts[at.cut].cc.position;
-            let in_first =
-                places.get(piece.piece.copy as usize).map_or(place, |p: &Isometry3<f64>| p.inverse() * place);
+            let (cc, copy) = (&piece.piece.cuts[at.cut].cc, piece.piece.copy as usize);
+            let back = places.get(copy).map_or_else(Isometry3::identity, |pose: &Isometry3<f64>| pose.inverse());
             let height = match ridge.cusp {
                 Cusp::Height(height) => Some(height),
                 Cusp::Uncut => None,
             };
-            found.push(PointBeyond { place, in_first, step_over: ridge.step_over, height });
+            found.push(PointBeyond {
+                place: cc.position,
+                copy,
+                in_first: back * cc.position,
+                across: back * cc.left(),
+                step_over: ridge.step_over,
+                height,
+            });
         }
     }
     found
 }
 
-/// Least width of a strip whose measurement counts, as a multiple of the distance of its places.
-const STRIP_PER_SPACING: f64 = 2.0;
+impl PointBeyond {
+    /// Returns places across the strips on both sides of the point. They are so close that the crest
+    /// of a ridge is higher than the highest of them by at most 1/256 of its height: a ridge is a
+    /// parabola, and one of them is within 1/16 of its half width. `allowance` is the height of the
+    /// point above the drive surface, mm.
+    fn across_strips(&self, allowance: f64) -> impl Iterator<Item = NearSurface> {
+        let at = move |k: i32| NearSurface {
+            copy: self.copy,
+            point: self.in_first
+                + self.across.into_inner() * (f64::from(k) * self.step_over / f64::from(PLACES_ACROSS)),
+            // The surface bends away from the tangent.
+            reach: self.step_over + allowance,
+        };
+        (-PLACES_ACROSS..=PLACES_ACROSS).filter(|k| *k != 0).map(at)
+    }
+}
+
+/// Places that are measured across the strip on each side of a point.
+const PLACES_ACROSS: i32 = 16;
+
+/// Most points whose strips are measured: 100,000 places take a second of processor time.
+const MOST_BEYOND: usize = 4000;
 
 /// Marks predicted cusps as kept where the text is measured to leave no more than the permitted
-/// ones. `allowance` is the height of the passes above the drive surface, mm.
+/// ones beside each point, across the strips on both its sides.
+///
+/// # Errors
+/// As [`Remaining::left_near`].
 pub(crate) fn settle_cusps(
     report: &mut Report,
     operations: &[PlannedOperation<'_>],
     remaining: &Remaining,
-    allowance: f64,
-) {
+    (job, setup): (&Job, &Setup<'_>),
+) -> Result<(), Failure> {
     for (planned, cusps) in operations.iter().zip(&mut report.cusps).filter(|(_, cusps)| cusps.points_beyond > 0) {
-        let measured = remaining.report.operations.iter().zip(&remaining.places);
-        let mut own = measured.filter(|(of_region, _)| of_region.operation == cusps.operation);
+        let mut own = (0..).zip(&remaining.report.operations).filter(|(_, o)| o.operation == cusps.operation);
         // Which of two operations of one name was measured is not known.
-        let (Some((of_region, left)), None) = (own.next(), own.next()) else { continue };
-        let limits = KeptLimits {
-            least_strip: STRIP_PER_SPACING * of_region.spacing_mm,
-            cusp: planned.operation.tolerances.cusp_mm,
-            allowance,
-            // Passes of files may leave the region.
-            is_all_on_region: matches!(planned.operation.path, PathFile::Strategy(_)),
-        };
-        cusps.kept_by_text = is_kept(&points_beyond(planned), left, &limits);
+        let (Some((k, _)), None) = (own.next(), own.next()) else { continue };
+        let beyond = points_beyond(planned);
+        if beyond.len() > MOST_BEYOND {
+            continue;
+        }
+        let strips: Vec<NearSurface> = beyond.iter().flat_map(|p| p.across_strips(setup.drive_allowance)).collect();
+        let across = remaining.left_near((job, setup), k, &strips)?;
+        let of_points = across.chunks(2 * PLACES_ACROSS as usize);
+        let beside: Vec<Vec<LeftPlace>> = of_points.map(|of| of.iter().flatten().copied().collect()).collect();
+        // Passes of files may leave the region.
+        let is_all_on_region = matches!(planned.operation.path, PathFile::Strategy(_));
+        let region = is_all_on_region.then_some(remaining.places[k].as_slice());
+        cusps.kept_by_text = is_kept(&beside, region, planned.operation.tolerances.cusp_mm);
     }
     if report.cusps.iter().any(|c| c.kept_by_text) {
         report.worst.cusp_exceeded = report.cusps.iter().any(|c| c.points_beyond > 0 && !c.kept_by_text);
     }
+    Ok(())
 }
 
-/// Settings of [`is_kept`].
-struct KeptLimits {
-    /// Narrowest strip whose measurement counts, mm.
-    least_strip: f64,
-    /// Permitted cusp, mm.
-    cusp: f64,
-    /// Height of the passes above the drive surface, mm.
-    allowance: f64,
-    /// Whether all passes are on the region.
-    is_all_on_region: bool,
-}
-
-/// Returns whether all places measured on the region, if all passes are on it, or all within the
-/// step-over of each of the points, are at most as high as the cusp. A point with too narrow a
-/// strip, which places may miss, keeps its prediction.
-fn is_kept(beyond: &[PointBeyond], left: &[LeftPlace], limits: &KeptLimits) -> bool {
-    let is_low = |place: &LeftPlace| place.height <= limits.cusp;
-    let is_low_everywhere = limits.is_all_on_region && !left.is_empty() && left.iter().all(is_low);
-    let on_pass = |place: &LeftPlace| place.position + place.normal.into_inner() * limits.allowance;
-    let boxes: Vec<Aabb> = left.iter().map(|place| Aabb::of_points([&on_pass(place)])).collect();
-    let tree = Tree::build(&boxes);
-    let is_low_beside = |point: &PointBeyond| {
-        let (mut any, mut low) = (false, true);
-        let near = |b: &Aabb| b.distance_sq(&point.in_first) <= point.step_over * point.step_over;
-        tree.visit_boxes(near, |k| (any, low) = (true, low && is_low(&left[k as usize])));
-        any && low
-    };
-    beyond.iter().all(|point| point.step_over >= limits.least_strip && (is_low_everywhere || is_low_beside(point)))
+/// Returns whether all places `beside` each point are at most as high as the cusp. A point without
+/// a place on the region is kept if all of the `region` is as low, where that is known to have all
+/// passes.
+fn is_kept(beside: &[Vec<LeftPlace>], region: Option<&[LeftPlace]>, cusp: f64) -> bool {
+    let is_low = |places: &[LeftPlace]| !places.is_empty() && places.iter().all(|place| place.height <= cusp);
+    let is_low_everywhere = region.is_some_and(is_low);
+    beside.iter().all(|places| is_low(places) || (places.is_empty() && is_low_everywhere))
 }
 
 /// Returns the reason why there is no pass between: the refusal nearest to the place within the

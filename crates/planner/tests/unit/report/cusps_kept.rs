@@ -2,43 +2,46 @@ use nalgebra::Vector3;
 
 use super::*;
 
-/// Returns places 1 mm apart on a plane, 0.05 mm high, but for one of another height at x = 20.
-fn places_with(height: f64) -> Vec<LeftPlace> {
-    let at = |x: i32, y: i32| LeftPlace {
-        position: Point3::new(f64::from(x), f64::from(y), 0.0),
+fn places(heights: &[f64]) -> Vec<LeftPlace> {
+    let at = |&height: &f64| LeftPlace {
+        position: Point3::origin(),
         normal: Vector3::z_axis(),
-        weight: 1.0,
-        height: if (x, y) == (20, 0) { height } else { 0.05 },
+        weight: 0.0,
+        height,
         is_cut: true,
     };
-    (0..=40).flat_map(|x| (-5..=5).map(move |y| at(x, y))).collect()
-}
-
-fn beyond(x: f64, step_over: f64, allowance: f64) -> PointBeyond {
-    let place = Point3::new(x, 0.0, allowance);
-    PointBeyond { place, in_first: place, step_over, height: Some(0.2) }
+    heights.iter().map(at).collect()
 }
 
 #[test]
 fn the_text_settles_predicted_cusps_where_it_is_measured_to_keep_them() {
-    let kept = |points: &[PointBeyond], left: &[LeftPlace], allowance: f64, is_all_on_region: bool| {
-        is_kept(points, left, &KeptLimits { least_strip: 2.0, cusp: 0.1, allowance, is_all_on_region })
-    };
-    let is_kept = |points: &[PointBeyond], left: &[LeftPlace], allowance: f64| kept(points, left, allowance, true);
-    let (low, high) = (places_with(0.1), places_with(0.11));
-    for allowance in [0.0, 6.0] {
-        let at = |x: f64, step_over: f64| beyond(x, step_over, allowance);
-        // A high place counts within the step-over of a point, of any of the points.
-        assert!(is_kept(&[at(10.0, 5.0)], &high, allowance));
-        assert!(!is_kept(&[at(16.0, 5.0)], &high, allowance));
-        assert!(!is_kept(&[at(10.0, 5.0), at(16.0, 5.0)], &high, allowance));
-        assert!(is_kept(&[at(16.0, 5.0)], &low, allowance));
-        // A strip that the places may miss keeps its prediction.
-        assert!(!is_kept(&[at(10.0, 1.9)], &low, allowance));
-        // So does a point without a place, unless all of its region is low.
-        assert!(!is_kept(&[at(60.0, 5.0)], &high, allowance));
-        assert!(is_kept(&[at(60.0, 5.0)], &low, allowance));
-        assert!(!kept(&[at(60.0, 5.0)], &low, allowance, false));
-        assert!(!is_kept(&[at(10.0, 5.0)], &[], allowance));
+    let kept = |beside: &[Vec<LeftPlace>], region: Option<&[LeftPlace]>| is_kept(beside, region, 0.1);
+    let (low, high) = (places(&[0.05, 0.1, 0.0]), places(&[0.05, 0.11, 0.0]));
+    // A high place counts beside any of the points, a high one elsewhere on the region does not.
+    assert!(kept(&[low.clone(), low.clone()], Some(&high)));
+    assert!(!kept(&[low.clone(), high.clone()], Some(&high)));
+    assert!(!kept(&[low.clone(), high], Some(&low)));
+    // A point without a place keeps its prediction, unless all of its region is known to be low.
+    assert!(!kept(&[low.clone(), Vec::new()], None));
+    assert!(!kept(&[low.clone(), Vec::new()], Some(&[])));
+    assert!(kept(&[low.clone(), Vec::new()], Some(&low)));
+}
+
+#[test]
+fn places_across_the_strips_find_the_crests_beside_a_point() {
+    let (in_first, across) = (Point3::new(3.0, 4.0, 5.0), Vector3::x_axis());
+    for step_over in [0.2, 7.0] {
+        let point = PointBeyond { place: in_first, copy: 2, in_first, across, step_over, height: Some(0.2) };
+        let strips: Vec<NearSurface> = point.across_strips(1.0).collect();
+        assert_eq!(strips.len(), 2 * PLACES_ACROSS as usize);
+        // Wherever the strips begin: passes lie a step-over to both sides, and the crest of a ridge
+        // of height 1 lies anywhere between.
+        for crest in (0..=100).map(|k| (f64::from(k) / 50.0 - 1.0) * step_over) {
+            let ridge = |near: &NearSurface| 1.0 - (2.0 * (near.point.x - in_first.x - crest) / step_over).powi(2);
+            let highest = strips.iter().map(ridge).fold(f64::NEG_INFINITY, f64::max);
+            assert!((0.98..=1.0).contains(&highest), "{highest} at {crest}");
+        }
+        let within = |near: &NearSurface| (near.point - in_first).norm() <= near.reach && near.copy == 2;
+        assert!(strips.iter().all(within));
     }
 }
