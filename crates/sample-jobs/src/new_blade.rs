@@ -32,6 +32,14 @@ const CHECK_ALLOWANCE: f64 = 1.0;
 /// of its sector.
 const HUB_GROUPS: [&str; 2] = ["hub", "hub-ends"];
 
+/// Radius of the arbor's flange, mm, and sine of the largest tilt of the tool, by which its rim
+/// comes down.
+const FLANGE_RADIUS: f64 = 64.3;
+const MOST_TILT_SIN: f64 = 0.26;
+
+/// Rounds of widths of a side.
+const WIDTH_ROUNDS: u32 = 3;
+
 /// Mesh file of a blade's job.
 const MESH_FILE: &str = "blade.obj";
 
@@ -68,13 +76,16 @@ fn described_job(file: &Path, scale: f64, with_hub: bool, read: ReadFile<'_>) ->
     let (names, obj) = groups_obj(&mesh)?;
     let radius = cutter_radius(0.04 * chord);
     let (mut setups, mut operations, mut shares) = (Vec::new(), Vec::new(), Vec::new());
+    // The flange of the arbor is above the hub and other blades, also where the tool leans.
+    let mut reach = 4.0 * radius;
     for (blade, (side, side_name)) in blades.iter().flat_map(|blade| SIDES.map(|side| (blade, side))) {
         let name = blade.word() + side_name;
         if !names.contains(&blade.group(side)) {
             return Err(in_file(format!("the blade has no {name}")));
         }
-        let (setup, above_hub) = setup(&mesh, (blade, side), &name, radius)?;
+        let SideSetup { setup, middle, rise, above_hub } = setup(&mesh, (blade, side), &name, radius)?;
         setups.push(setup);
+        reach = f64::max(reach, rise + FLANGE_RADIUS * MOST_TILT_SIN);
         if let Some((_, share)) = above_hub {
             if share <= 0.0 {
                 return Err(in_file(format!(
@@ -83,13 +94,16 @@ fn described_job(file: &Path, scale: f64, with_hub: bool, read: ReadFile<'_>) ->
             }
             shares.push(format!("{share:.2}"));
         }
-        // Planes across the span, which is along x.
-        let mut strategy = json!({ "parallel_planes": { "normal": [1.0, 0.0, 0.0] } });
+        // Along the span, which is along x: across it the tool would turn from edge to edge and back.
+        let seed = json!({ "plane": { "normal": [0.0, 1.0, 0.0], "origin_mm": [0.0, middle, 0.0] } });
+        let mut strategy = json!({ "constant_scallop": { "seed": seed } });
         if let Some((above_hub, _)) = above_hub {
-            strategy["parallel_planes"]["from_mm"] = json!(above_hub);
+            let within = json!({ "parallel_planes": { "normal": [1.0, 0.0, 0.0], "from_mm": above_hub } });
+            strategy["constant_scallop"]["within"] = within;
         }
         let mut operation = operation(&name, radius, &strategy, chord / 2240.0);
         operation["setup"] = json!(name);
+        operation["path"]["strategy"]["width_rounds"] = json!(WIDTH_ROUNDS);
         // Rounded up to the next thousandth.
         operation["tolerances"]["mesh_chord_mm"] = json!(round_to((1000.0 * mesh_chord).ceil() / 1000.0, 3));
         operations.push(operation);
@@ -99,7 +113,7 @@ fn described_job(file: &Path, scale: f64, with_hub: bool, read: ReadFile<'_>) ->
     let mut job = job_file(name, Value::Null, Value::Null);
     job["setups"] = Value::Array(setups);
     job["operations"] = Value::Array(operations);
-    Ok((job_folder((MESH_FILE, obj), &job, (radius, 4.0 * radius)), whole))
+    Ok((job_folder((MESH_FILE, obj), &job, (radius, reach.ceil())), whole))
 }
 
 /// Returns the name of a job without and with the ends of its blades and the shares of their sides.
@@ -137,26 +151,29 @@ pub(crate) fn groups_obj(mesh: &TriMesh) -> Result<(Vec<String>, Vec<u8>), Strin
     Ok((names, obj))
 }
 
-/// Returns the setup in which a side of a blade faces up and its span is along x, and with a hub
-/// the place along x from which the cutter is clear of it, and the share of the side that is
-/// beyond. Other blades of the set are obstacles. `mesh` has all of them.
-fn setup(
-    mesh: &TriMesh,
-    (blade, side): (&SetBlade, &str),
-    name: &str,
-    radius: f64,
-) -> Result<(Value, Option<(f64, f64)>), String> {
+/// Setup of a side.
+struct SideSetup {
+    /// The side faces up, and the span is along x.
+    setup: Value,
+    /// Middle of the side along y, mm.
+    middle: f64,
+    /// Height of the highest place of other bodies above the lowest of the side, mm; 0 without any.
+    rise: f64,
+    /// With a hub, the place along x from which the cutter is clear of it, mm, and the share of the
+    /// side that is beyond.
+    above_hub: Option<(f64, f64)>,
+}
+
+/// Returns the setup of a side of a blade, in which other blades of the set are obstacles. `mesh`
+/// has all of them.
+fn setup(mesh: &TriMesh, (blade, side): (&SetBlade, &str), name: &str, radius: f64) -> Result<SideSetup, String> {
     let turn = side_up(&blade.lofted, side).ok_or_else(|| format!("the blade's {name} faces nowhere"))?;
     let group = blade.group(side);
     let (axis, angle) = turn.axis_angle().unwrap_or((Vector3::z_axis(), 0.0));
     let axis = axis.iter().map(|c| round_to(*c, 9)).collect::<Vec<_>>();
     let angle = round_to(angle.to_degrees(), 6);
     let turned: Vec<Point3<f64>> = mesh.vertices().iter().map(|p| turn * p).collect();
-    let bounds = |k: usize| {
-        let range = turned.iter().map(|p| p[k]);
-        [range.clone().fold(f64::INFINITY, f64::min), range.fold(f64::NEG_INFINITY, f64::max)]
-    };
-    let [x, y, z] = [0, 1, 2].map(bounds);
+    let [x, y, z] = [0, 1, 2].map(|k| bounds(&turned, k));
     let middle = |[low, high]: [f64; 2]| -round_to(0.5 * (low + high), 0);
     let down = -z[0].floor();
     let stock = stock_for(radius);
@@ -217,7 +234,17 @@ fn setup(
         "stock": { "offset": { "allowance_mm": stock } },
         "clearance": { "plane": { "origin_mm": [0.0, 0.0, (z[1] + down + stock + 10.0).ceil()] } },
     });
-    Ok((setup, above_hub.map(|from| (from, share_above(from)))))
+    let on_side = vertices_of(&|name| name == group);
+    let middle = round_to(middle(y) - middle(bounds(&on_side, 1)), 0);
+    let around = vertices_of(&|name| !is_part(name));
+    let rise = if around.is_empty() { 0.0 } else { (bounds(&around, 2)[1] - bounds(&on_side, 2)[0]).max(0.0) };
+    Ok(SideSetup { setup, middle, rise, above_hub: above_hub.map(|from| (from, share_above(from))) })
+}
+
+/// Returns the smallest and the largest of one coordinate of points.
+fn bounds(points: &[Point3<f64>], k: usize) -> [f64; 2] {
+    let range = points.iter().map(|p| p[k]);
+    [range.clone().fold(f64::INFINITY, f64::min), range.fold(f64::NEG_INFINITY, f64::max)]
 }
 
 /// Returns the rotation after which a side's mean normal is +z and the span +x.

@@ -33,13 +33,45 @@ pub fn sides(file: &'static str, hub: bool, spread: f64) -> Vec<BladeOutcome> {
     chosen_passes(file, hub, &ChosenPasses { sides: 0..2, spread, band_mm: None })
 }
 
+/// Lays the passes of an operation of a blade's job `spread` times as far apart.
+///
+/// # Panics
+/// When the job is not that of a blade.
+pub fn spread_passes(folder: &JobFolder, operation: usize, spread: f64) {
+    let key = |name: &str| format!("/operations/{operation}/{name}");
+    let step = folder.json("job.json").pointer(&key("tolerances/max_step_over_mm")).and_then(|v| v.as_f64());
+    folder.set(
+        "job.json",
+        &[
+            (&key("tolerances/max_step_over_mm"), json!(spread * step.expect("a step"))),
+            // No pass is to be added for what is left between.
+            (&key("tolerances/cusp_mm"), json!(5.0)),
+            (&key("path/strategy/width_rounds"), json!(0)),
+        ],
+    );
+}
+
+/// Limits an operation of a blade's job to a band of a width, mm, along the span in the middle of
+/// its side, without rounds of widths.
+///
+/// # Panics
+/// When the job is not that of a blade.
+pub fn take_band(folder: &JobFolder, operation: usize, width: f64) {
+    let key = |name: &str| format!("/operations/{operation}/path/strategy/{name}");
+    let seed = folder.json("job.json").pointer(&key("strategy/constant_scallop/seed/plane")).cloned().expect("a seed");
+    let mut planes = seed;
+    (planes["from_mm"], planes["to_mm"]) = (json!(-0.5 * width), json!(0.5 * width));
+    let within = json!({ "parallel_planes": planes });
+    folder.set("job.json", &[(&key("strategy/constant_scallop/within"), within), (&key("width_rounds"), json!(0))]);
+}
+
 /// Passes of a blade's sides that are planned.
 pub struct ChosenPasses {
     /// Numbers of the sides.
     pub sides: Range<usize>,
     /// Factor of the distance between passes.
     pub spread: f64,
-    /// Width of the band in the middle of the span, mm, of which they are alone, without cutting
+    /// Width of the band along the middle of a side, mm, of which they are alone, without cutting
     /// the stock; else all are planned.
     pub band_mm: Option<f64>,
 }
@@ -53,26 +85,12 @@ pub fn chosen_passes(file: &'static str, hub: bool, chosen: &ChosenPasses) -> Ve
     let Some(from) = shared(&format!("data/blades/{file}")) else { return Vec::new() };
     let folder = JobFolder::new(&NewJob::Blade { from, scale: 1.0, hub });
     if spread > 1.0 {
-        for side in 0..2 {
-            let key = |name: &str| format!("/operations/{side}/{name}");
-            let step = folder.json("job.json").pointer(&key("tolerances/max_step_over_mm")).and_then(|v| v.as_f64());
-            let step = step.expect("a step");
-            folder.set(
-                "job.json",
-                &[
-                    (&key("tolerances/max_step_over_mm"), json!(spread * step)),
-                    // No pass is to be added for what is left between.
-                    (&key("tolerances/cusp_mm"), json!(5.0)),
-                    (&key("path/strategy/edge_fill"), json!(false)),
-                ],
-            );
-        }
+        (0..2).for_each(|side| spread_passes(&folder, side, spread));
     }
     if let Some(band) = chosen.band_mm {
         folder.set("job.json", &[("/verification", json!({ "cut_stock": false }))]);
         for side in 0..2 {
-            let key = |name: &str| format!("/operations/{side}/path/strategy/strategy/parallel_planes/{name}");
-            folder.set("job.json", &[(&key("from_mm"), json!(-0.5 * band)), (&key("to_mm"), json!(0.5 * band))]);
+            take_band(&folder, side, band);
         }
     }
     let job = Job::read(&folder.job()).expect("a job");

@@ -1,11 +1,11 @@
 //! Both sides of every blade of the shared data get a sound plan with at least 99 % of their CC
-//! points: by the ignored tests from root to tip, each day by a band of each blade.
+//! points: by the ignored tests from edge to edge, each day by a band of each blade.
 
 use facemill::report::outcome::Outcome;
 use facemill_tests::tables::blades::{BLADES, BladeOutcome, ChosenPasses, chosen_passes, markdown, sides};
 
-/// A few passes from edge to edge in the middle of one side of each blade. The ignored tests plan
-/// both sides from root to tip.
+/// A few passes from root to tip in the middle of one side of each blade. The ignored tests plan
+/// both sides from edge to edge.
 #[test]
 fn one_side_of_each_shared_blade_is_planned() {
     let one = |(side, file): (usize, &'static str)| {
@@ -24,7 +24,8 @@ fn both_sides_of_the_shared_blades_are_planned() {
 #[test]
 #[ignore = "plans both sides of all shared blades as their jobs are written: several minutes"]
 fn both_sides_of_the_shared_blades_are_planned_in_full() {
-    are_planned(BLADES.into_iter().flat_map(|file| sides(file, false, 1.0)).collect(), 500);
+    let both = |file| [false, true].into_iter().flat_map(move |hub| sides(file, hub, 1.0));
+    are_planned(BLADES.into_iter().flat_map(both).collect(), 500);
 }
 
 fn are_planned(outcomes: Vec<BladeOutcome>, least_points: usize) {

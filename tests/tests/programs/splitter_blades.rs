@@ -7,6 +7,7 @@ use facemill::new_job::{NewJob, new_job};
 use facemill::report::outcome::Outcome;
 use facemill::{Failure, Job, PlanSettings, Planned, SilentStages, plan_setup};
 use facemill_tests::jobs::JobFolder;
+use facemill_tests::tables::blades::{spread_passes, take_band};
 use serde_json::json;
 
 /// Sections of a radial blade of thin ellipses about a place of x and z, mm.
@@ -22,9 +23,9 @@ fn sections(title: &str, half_chord: f64, [x, z]: [f64; 2], n: u32) -> String {
     text
 }
 
-/// Job of a main blade of 100 mm chord and a splitter of 60 mm at a place of x and z, with a few
-/// passes in the middle of each side.
-fn job_of_set(splitter: [f64; 2]) -> JobFolder {
+/// Job of a main blade of 100 mm chord and a splitter of 60 mm at a place of x and z, with passes
+/// along a band in the middle of each side, `spread` times as far apart as written.
+fn job_of_set(splitter: [f64; 2], (band, spread): (f64, f64)) -> JobFolder {
     let profile = sections("Main blade", 50.0, [0.0; 2], 24) + &sections("Splitter blade", 30.0, splitter, 18);
     let ends = [0, 1].map(|k| format!("Blade {k} LE: EllipseEnd\nBlade {k} TE: EllipseEnd\n")).concat();
     let inf = format!(
@@ -36,8 +37,8 @@ fn job_of_set(splitter: [f64; 2]) -> JobFolder {
     let folder = JobFolder::of(&new_job(&blade).expect("a job"));
     folder.set("job.json", &[("/verification", json!({ "cut_stock": false }))]);
     for k in 0..4 {
-        let key = |name: &str| format!("/operations/{k}/path/strategy/strategy/parallel_planes/{name}");
-        folder.set("job.json", &[(&key("from_mm"), json!(-1.5)), (&key("to_mm"), json!(1.5))]);
+        take_band(&folder, k, band);
+        spread_passes(&folder, k, spread);
     }
     folder
 }
@@ -50,7 +51,7 @@ fn planned(folder: &JobFolder, setup: usize) -> Result<Planned, Failure> {
 #[test]
 fn both_sides_of_main_and_splitter_blade_are_planned() {
     // Behind the main blade: neither covers the other.
-    let folder = job_of_set([20.0, 240.0]);
+    let folder = job_of_set([20.0, 240.0], (3.0, 1.0));
     for setup in 0..4 {
         let planned = planned(&folder, setup).unwrap_or_else(|why| panic!("setup {setup}: {why}"));
         let report = &planned.report;
@@ -64,7 +65,7 @@ fn both_sides_of_main_and_splitter_blade_are_planned() {
 /// obstacle the same passes are planned.
 #[test]
 fn blades_of_a_set_that_cover_each_other_are_in_the_way_of_the_tool() {
-    let folder = job_of_set([60.0, 20.0]);
+    let folder = job_of_set([60.0, 20.0], (90.0, 8.0));
     let job = Job::read(&folder.job()).expect("a job");
     let of_main = [0, 1].map(|setup| planned(&folder, setup).unwrap_or_else(|why| panic!("setup {setup}: {why}")));
     let fractions = of_main.each_ref().map(|planned| planned.report.totals.planned_fraction);
