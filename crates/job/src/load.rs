@@ -196,7 +196,9 @@ impl Job {
         let JobByTool { file, written } = setups_by_tool(as_written.clone());
         let read_tool = |name: &str| -> Result<ToolAssembly, Failure> {
             let tool_path = beside(name);
-            ToolAssembly::from_json(&files.text(&tool_path)?).map_err(|e| Failure::input(&tool_path, e))
+            let text = files.text(&tool_path)?;
+            ToolAssembly::from_json(&text)
+                .map_err(|e| Failure::input(&tool_path, format!("{e}{}", library_hint(&text))))
         };
         let by_name: BTreeMap<String, ToolAssembly> = (file.tools.iter())
             .map(|(name, tool_file)| Ok((name.clone(), read_tool(tool_file)?)))
@@ -406,6 +408,17 @@ impl<'a> Setup<'a> {
         self.drive_allowance = 0.0;
         self.level = Some(SetupLevel { level, passes, margin, depth, is_later: levels.is_later, part, part_files });
         self
+    }
+}
+
+/// Returns the advice to import the tools of a library, for a text that is one and is read as a
+/// tool file; otherwise nothing.
+fn library_hint(text: &[u8]) -> &'static str {
+    match from_json::<serde_json::Value>(text) {
+        Ok(file) if file.get("data").is_some_and(serde_json::Value::is_array) => {
+            "; a tool library: write its tools with `facemill tool import` first"
+        }
+        _ => "",
     }
 }
 

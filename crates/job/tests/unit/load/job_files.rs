@@ -74,3 +74,16 @@ fn a_job_in_memory_is_checked_as_one_that_is_read() {
     let said = failure(&|_| {}, wrong);
     assert!(said.starts_with("machine.json: ") && said.contains("missing field"), "{said}");
 }
+
+#[test]
+fn a_tool_library_given_as_a_tool_names_the_command_that_imports_it() {
+    let (files, file) = example();
+    let message = |text: &str| {
+        let files = held(&files).with("tool.json", text.as_bytes().to_vec());
+        Job::of_values(&file, files).unwrap_err().to_string()
+    };
+    let of_library = message(r#"{ "data": [], "version": 36 }"#);
+    assert!(of_library.contains("unknown field `data`") && of_library.contains("facemill tool import"), "{of_library}");
+    let of_typo = message(r#"{ "datum": [] }"#);
+    assert!(!of_typo.contains("tool import"), "{of_typo}");
+}
