@@ -80,7 +80,7 @@ fn a_tool_library_given_as_a_tool_names_the_command_that_imports_it() {
     let (files, file) = example();
     let message = |text: &str| {
         let files = held(&files).with("tool.json", text.as_bytes().to_vec());
-        Job::of_values(&file, files).unwrap_err().to_string()
+        Job::of_values(&file, files).err().expect("no tool").to_string()
     };
     let of_library = message(r#"{ "data": [], "version": 36 }"#);
     assert!(of_library.contains("unknown field `data`") && of_library.contains("facemill tool import"), "{of_library}");
