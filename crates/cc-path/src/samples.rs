@@ -199,8 +199,8 @@ impl<'a> RequestedRegion<'a> {
         offsets.filter_map(beside).collect()
     }
 
-    /// Returns the point of the surface that is nearest to `point`, without area; `None` if there is
-    /// none within `reach` (mm), or it is outside the region.
+    /// Returns the point of the surface that is nearest to `point`, without area; `None` if there
+    /// is none within `reach` (mm), or it is outside the region.
     pub fn sample_at(&self, point: &Point3<f64>, reach: f64) -> Option<RegionSample> {
         let foot = self.surface.closest_point(point, reach)?;
         let normal = self.surface.facet_normal(foot.triangle)?;

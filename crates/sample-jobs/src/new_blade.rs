@@ -94,7 +94,8 @@ fn described_job(file: &Path, scale: f64, with_hub: bool, read: ReadFile<'_>) ->
             }
             shares.push(format!("{share:.2}"));
         }
-        // Along the span, which is along x: across it the tool would turn from edge to edge and back.
+        // Along the span, which is along x: across it the tool would turn from edge to edge and
+        // back.
         let seed = json!({ "plane": { "normal": [0.0, 1.0, 0.0], "origin_mm": [0.0, middle, 0.0] } });
         let mut strategy = json!({ "constant_scallop": { "seed": seed } });
         if let Some((above_hub, _)) = above_hub {

@@ -84,10 +84,10 @@ fn points_beyond(planned: &PlannedOperation<'_>) -> Vec<PointBeyond> {
 }
 
 impl PointBeyond {
-    /// Returns places across the strips on both sides of the point. They are so close that the crest
-    /// of a ridge is higher than the highest of them by at most 1/256 of its height: a ridge is a
-    /// parabola, and one of them is within 1/16 of its half width. `allowance` is the height of the
-    /// point above the drive surface, mm.
+    /// Returns places across the strips on both sides of the point. They are so close that the
+    /// crest of a ridge is higher than the highest of them by at most 1/256 of its height: a ridge
+    /// is a parabola, and one of them is within 1/16 of its half width. `allowance` is the height
+    /// of the point above the drive surface, mm.
     fn across_strips(&self, allowance: f64) -> impl Iterator<Item = NearSurface> {
         let at = move |k: i32| NearSurface {
             copy: self.copy,
