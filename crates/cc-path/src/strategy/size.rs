@@ -43,8 +43,7 @@ impl StepOverCause {
 
 /// Refuses a region whose facets would be cut up into too many pieces; `facets` are their corners.
 ///
-/// Both measures of an edge fall at least as fast as pieces grow: its length as their root, its
-/// bend as their number.
+/// Pieces fall at least as fast as the longest edge or the largest bend of a piece grows.
 ///
 /// # Errors
 /// Returns an error with the setting that causes most of the pieces.
@@ -58,7 +57,7 @@ pub(crate) fn check_pieces(
         let edges = [(a, b), (b, c), (c, a)];
         let most =
             |of: &dyn Fn(&Point3<f64>, &Point3<f64>) -> f64| edges.iter().map(|(p, q)| of(p, q)).fold(0.0, f64::max);
-        by_length += (most(&|p, q| (p - q).norm_squared() / fineness.max_edge.powi(2)) - 1.0).max(0.0);
+        by_length += halved_into(edges.map(|(p, q)| (p - q).norm() / fineness.max_edge)) - 1.0;
         by_bend += (most(&|p, q| sections.map_or(0.0, |s| s.bend(p, q)) / fineness.max_bend) - 1.0).max(0.0);
     }
     let n_pieces = f64::max(by_length, by_bend);
@@ -69,9 +68,20 @@ pub(crate) fn check_pieces(
     let remedy = if by_bend >= by_length {
         Remedy::ChordTolerance(2.0 * fineness.max_bend * times)
     } else {
-        Remedy::LargestStepOver(fineness.max_edge * times.sqrt())
+        Remedy::LargestStepOver(fineness.max_edge * times)
     };
     Err(PathError::TooManyPieces { n_pieces, limit: MAX_PIECES, remedy: remedy.rounded_up() })
+}
+
+/// Returns the number of pieces of a facet, about, when edges longer than 1 are halved until none
+/// is: four from a facet with three such edges, three with two, two with one. A needle thus has
+/// fewer than a facet with equal edges.
+fn halved_into(mut edges: [f64; 3]) -> f64 {
+    edges.sort_by(f64::total_cmp);
+    let [short, middle, long] = edges.map(|length| length.max(1.0));
+    let ratio = middle / short;
+    // log2 3 is less than 13/8.
+    short.powi(2) * (ratio * ratio.sqrt() * ratio.sqrt().sqrt().sqrt()) * (long / middle)
 }
 
 /// Points that a path may still have; shared by passes that get theirs at the same time.
