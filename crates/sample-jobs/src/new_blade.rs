@@ -237,7 +237,15 @@ fn setup(mesh: &TriMesh, (blade, side): (&SetBlade, &str), name: &str, radius: f
     });
     let on_side = vertices_of(&|name| name == group);
     let middle = round_to(middle(y) - middle(bounds(&on_side, 1)), 0);
-    let around = vertices_of(&|name| !is_part(name));
+    // Farther away the flange is not, whichever pass the tool is on.
+    let [along, across] = [0, 1].map(|k| bounds(&on_side, k));
+    let is_near = |p: &Point3<f64>| {
+        [(along, p.x), (across, p.y)]
+            .iter()
+            .all(|([low, high], c)| (low - FLANGE_RADIUS..=high + FLANGE_RADIUS).contains(c))
+    };
+    let mut around = vertices_of(&|name| !is_part(name));
+    around.retain(is_near);
     let rise = if around.is_empty() { 0.0 } else { (bounds(&around, 2)[1] - bounds(&on_side, 2)[0]).max(0.0) };
     Ok(SideSetup { setup, middle, rise, above_hub: above_hub.map(|from| (from, share_above(from))) })
 }

@@ -131,13 +131,42 @@ pub(crate) fn settle_cusps(
         let beside: Vec<Vec<LeftPlace>> = of_points.map(|of| of.iter().flatten().copied().collect()).collect();
         // Passes of files may leave the region.
         let is_all_on_region = matches!(planned.operation.path, PathFile::Strategy(_));
-        let region = is_all_on_region.then_some(remaining.places[k].as_slice());
-        cusps.kept_by_text = is_kept(&beside, region, planned.operation.tolerances.cusp_mm);
+        let cusp = planned.operation.tolerances.cusp_mm;
+        let on_region = OnRegion { places: &remaining.places[k], is_all_on_region, allowance: setup.drive_allowance };
+        cusps.kept_by_text = is_kept(&beside, is_all_on_region.then_some(on_region.places), cusp)
+            && beyond.iter().all(|p| on_region.is_low_around(p, cusp));
     }
     if report.cusps.iter().any(|c| c.kept_by_text) {
         report.worst.cusp_exceeded = report.cusps.iter().any(|c| c.points_beyond > 0 && !c.kept_by_text);
     }
     Ok(())
+}
+
+/// Places measured all over an operation's region. Those across the strips follow the tangent, and
+/// may miss what lies around a sharp edge.
+struct OnRegion<'p> {
+    places: &'p [LeftPlace],
+    /// Whether all passes are on the region.
+    is_all_on_region: bool,
+    /// Height of the passes above the drive surface, mm.
+    allowance: f64,
+}
+
+impl OnRegion<'_> {
+    /// Returns whether there are places within the step-over of a point and none is higher than the
+    /// cusp, or all are on the region and none of all is.
+    fn is_low_around(&self, point: &PointBeyond, cusp: f64) -> bool {
+        let is_near = |place: &&LeftPlace| {
+            let on_pass = place.position + place.normal.into_inner() * self.allowance;
+            (on_pass - point.in_first).norm_squared() <= point.step_over * point.step_over
+        };
+        let is_low = |places: &mut dyn Iterator<Item = &LeftPlace>| {
+            let (mut any, mut low) = (false, true);
+            places.for_each(|place| (any, low) = (true, low && place.height <= cusp));
+            any && low
+        };
+        is_low(&mut self.places.iter().filter(is_near)) || (self.is_all_on_region && is_low(&mut self.places.iter()))
+    }
 }
 
 /// Returns whether all places `beside` each point are at most as high as the cusp. A point without

@@ -45,3 +45,20 @@ fn places_across_the_strips_find_the_crests_beside_a_point() {
         assert!(strips.iter().all(within));
     }
 }
+
+#[test]
+fn a_high_place_of_the_region_within_the_step_over_keeps_the_prediction() {
+    let at = |x: f64, height: f64| LeftPlace { position: Point3::new(x, 0.0, 0.0), ..places(&[height])[0] };
+    let in_first = Point3::new(0.0, 0.0, 2.0);
+    let point =
+        PointBeyond { place: in_first, copy: 0, in_first, across: Vector3::x_axis(), step_over: 5.0, height: None };
+    let is_low = |all: &[LeftPlace], is_all_on_region: bool| {
+        OnRegion { places: all, is_all_on_region, allowance: 2.0 }.is_low_around(&point, 0.1)
+    };
+    assert!(is_low(&[at(4.9, 0.1), at(5.1, 0.2)], true));
+    assert!(!is_low(&[at(4.9, 0.11), at(3.0, 0.0)], true));
+    // Without a place near it only a low region that has all passes settles it.
+    assert!(is_low(&[at(9.0, 0.1)], true));
+    assert!(!is_low(&[at(9.0, 0.1)], false));
+    assert!(!is_low(&[], true));
+}
