@@ -34,6 +34,7 @@ pub use apt_file::{
     AptUnknownWord, ClUnit, CutterWord, FileCutter, FileMill, is_cl_file,
 };
 pub use chords::arc_chords;
+pub use cutters::CutterInForce;
 pub use reader::{read_apt, read_apt_in};
 pub use words::{ClFault, ClSystems, check_units, check_word, csys_frame, free_text, has_no_unit, major_word};
 pub use writer::write_apt;

@@ -51,6 +51,8 @@ struct AptReader {
 
 struct State {
     unit: f64,
+    /// Whether UNITS was read.
+    unit_is_known: bool,
     axis: Unit<Vector3<f64>>,
     tip: Option<Point3<f64>>,
     feed: Option<FeedInForce>,
@@ -81,6 +83,7 @@ impl Default for State {
     fn default() -> Self {
         Self {
             unit: 1.0,
+            unit_is_known: false,
             axis: Vector3::z_axis(),
             tip: None,
             feed: None,
@@ -99,7 +102,7 @@ impl Default for State {
 impl AptReader {
     fn statement(&mut self, raw: &RawStatement) -> Result<AptMeaning, ReadError> {
         if raw.text.starts_with("$$") {
-            let cutter = cutters::of_creo(raw, self.state.unit)?;
+            let cutter = cutters::of_creo(raw, self.state.unit);
             return Ok(cutter.map_or(AptMeaning::Comment, AptMeaning::Cutter));
         }
         let (word, start) = raw.major_word();
@@ -196,6 +199,15 @@ impl AptReader {
         };
         if self.file.given_unit.is_some_and(|given| given != unit) {
             return Err(fault(raw, "UNITS", "it is not the unit that was given beside the file; leave that out"));
+        }
+        if !std::mem::replace(&mut self.state.unit_is_known, true) {
+            // Some systems describe the cutter first.
+            let times = unit.mm() / self.state.unit;
+            for statement in &mut self.file.statements {
+                if let AptMeaning::Cutter(cutter) = &mut statement.meaning {
+                    cutter.scale(times);
+                }
+            }
         }
         self.state.unit = unit.mm();
         Ok(AptMeaning::Unit(self.state.unit))
@@ -414,12 +426,13 @@ const REGISTER_WORDS: [&str; 2] = ["ADJUST", "OSETNO"];
 fn tool(raw: &RawStatement, word: &str, values: &[(usize, &str)]) -> Result<AptMeaning, ReadError> {
     let is_register = |value: &str| REGISTER_WORDS.iter().any(|word| value.eq_ignore_ascii_case(word));
     let at = values.iter().position(|(_, value)| is_register(value)).unwrap_or(values.len());
-    let number = values[..at].iter().find_map(|(_, v)| v.parse().ok());
+    // Some systems write whole numbers as decimals.
+    let whole = |value: &str| value.trim_end_matches('0').strip_suffix('.').unwrap_or(value).parse().ok();
+    let number = values[..at].iter().find_map(|(_, value)| whole(value));
     let number = number.ok_or_else(|| fault(raw, word, "expected a tool number"))?;
     let length_register = match values.get(at + 1) {
         Some((_, none)) if ["NONE", "OFF"].iter().any(|word| none.eq_ignore_ascii_case(word)) => Some(0),
-        // Some systems write numbers of registers as decimals.
-        Some((_, value)) => value.trim_end_matches('0').strip_suffix('.').unwrap_or(value).parse().ok(),
+        Some((_, value)) => whole(value),
         None => None,
     };
     Ok(AptMeaning::Tool { number, length_register })

@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use facemill_cl_data::ClPoint;
 use facemill_cl_file::{
-    AptFile, AptMeaning, AptPoint, AptPointKind, AptStatement, ClSystems, ClUnit, CutterWord, FileCutter, FileMill,
-    arc_chords, check_units, check_word, csys_frame, has_no_unit, major_word,
+    AptFile, AptMeaning, AptPoint, AptPointKind, AptStatement, ClSystems, ClUnit, CutterInForce, CutterWord,
+    FileCutter, arc_chords, check_units, check_word, csys_frame, has_no_unit, major_word,
 };
 use facemill_tool_model::Cutter;
 use nalgebra::Isometry3;
@@ -44,10 +44,6 @@ pub struct FilePoint {
     /// Tip and axis, frame of the part.
     pub cl: ClPoint,
 }
-
-/// Largest difference of the diameter of CUTTER from the cutter's, and of the corner radius, mm:
-/// rounding, and a tool as measured.
-const SAME_CUTTER: f64 = 0.01;
 
 /// Largest coordinate of a tip, mm: as for all lengths of jobs.
 const FARTHEST: f64 = 1e6;
@@ -101,11 +97,6 @@ fn chosen_tool(file: &AptFile, required: Option<u32>) -> Result<Option<u32>, ClP
     }
 }
 
-/// A length for a message, without the rounding of inches.
-fn shown(mm: f64) -> f64 {
-    (mm * 1e4).round() / 1e4
-}
-
 fn is_cut(point: &AptPoint) -> bool {
     matches!(point.kind, AptPointKind::Linear | AptPointKind::Arc)
 }
@@ -122,8 +113,7 @@ struct CutReader<'a> {
     /// mm per unit.
     unit: f64,
     has_lengths: bool,
-    /// Last cutter, with its line.
-    cutter: Option<(u32, FileCutter)>,
+    cutter: CutterInForce,
     /// Line of the cutter that was compared.
     compared: Option<u32>,
     /// Where the tool is.
@@ -146,7 +136,7 @@ impl<'a> CutReader<'a> {
             systems: ClSystems::default(),
             unit: file.given_unit.map_or(1.0, ClUnit::mm),
             has_lengths: false,
-            cutter: None,
+            cutter: CutterInForce::default(),
             compared: None,
             at: None,
             open: Vec::new(),
@@ -165,7 +155,7 @@ impl<'a> CutReader<'a> {
                     self.note(line, note);
                 }
             }
-            AptMeaning::Cutter(cutter) => self.cutter = Some((line, cutter.clone())),
+            AptMeaning::Cutter(cutter) => self.cutter.describe(line, cutter),
             AptMeaning::Unit(unit) => {
                 if *unit != self.unit && self.has_lengths {
                     let why = "UNITS changes the unit behind points, frames or feeds: put it before them";
@@ -178,6 +168,7 @@ impl<'a> CutReader<'a> {
                 self.close();
                 self.at = None;
                 self.tool = Some(*number);
+                self.cutter.change_tool();
             }
             AptMeaning::Frame(Some(rows)) => {
                 self.has_lengths = true;
@@ -214,6 +205,9 @@ impl<'a> CutReader<'a> {
             return Err(ClPathFault::at(point.line, format!("a coordinate is beyond {FARTHEST} mm")));
         }
         let to = FilePoint { line: point.line, cl };
+        if is_cut(point) || point.kind == AptPointKind::Cycle {
+            self.cutter.cut();
+        }
         if self.tool != self.wanted {
             return Ok(());
         }
@@ -254,67 +248,21 @@ impl<'a> CutReader<'a> {
     }
 
     fn compare_cutter(&mut self) -> Result<(), ClPathFault> {
-        let line = match &self.cutter {
-            Some((line, _)) if self.compared != Some(*line) => *line,
-            _ => return Ok(()),
+        let Some((line, cutter)) = self.cutter.cut().filter(|(line, _)| self.compared != Some(*line)) else {
+            return Ok(());
         };
-        self.compared = Some(line);
-        let mill = match &self.cutter {
-            Some((_, FileCutter::Mill(mill))) => *mill,
-            Some((_, FileCutter::Other(kind))) => {
-                let why = format!("TLDATA/{kind} is no mill, and the operation's tool is one");
-                return Err(ClPathFault::at(line, why));
-            }
-            None => return Ok(()),
-        };
-        let FileMill { word, diameter, corner_radius: corner, corner_center: [out, up], bottom_deg, side_deg } = mill;
-        let own = (2.0 * self.settings.cutter.radius(), self.settings.cutter.corner_radius());
-        let (is_of_creo, word) = (word == CutterWord::Creo, word.name());
-        let differs = |a: f64, b: f64| (a - b).abs() > SAME_CUTTER;
-        if differs(diameter, own.0) || corner.is_some_and(|corner| differs(corner, own.1)) {
-            let corner =
-                corner.map_or("no corner radius".to_owned(), |mm| format!("a corner radius of {} mm", shown(mm)));
+        let own = [2.0 * self.settings.cutter.radius(), self.settings.cutter.corner_radius()];
+        if let Some(why) = cutter.difference(own, "the operation's tool") {
             let why = format!(
-                "{word} has a diameter of {} mm and {corner}, and the operation's tool has {} mm and {} mm: \
-                 its tip would not touch where the file's does; give the operation the file's tool, or post the path for \
-                 this one, and see that UNITS is right",
-                shown(diameter),
-                shown(own.0),
-                shown(own.1)
+                "{why}: its tip would not touch where the file's does; give the operation the file's tool, or post the \
+                 path for this one, and see that UNITS is right"
             );
             return Err(ClPathFault::at(line, why));
         }
+        let is_of_creo = matches!(cutter, FileCutter::Mill(mill) if mill.word == CutterWord::Creo);
+        self.compared = Some(line);
         if is_of_creo {
             self.note(line, "CUTTER of Creo has no corner radius: that of the operation's tool is taken");
-        } else if corner.is_none() && own.1 > SAME_CUTTER {
-            let why = format!(
-                "CUTTER gives no corner radius, and the operation's tool has one of {} mm: a flat end mill would touch \
-                 elsewhere; write the corner radius behind the diameter if the file's tool has this one",
-                shown(own.1)
-            );
-            return Err(ClPathFault::at(line, why));
-        }
-        for (value, name) in [(bottom_deg, "bottom"), (side_deg, "side")] {
-            if value != 0.0 {
-                let why = format!(
-                    "{word} has an angle of {value} deg at its {name}, and tools of operations have none: their {name} \
-                     would touch elsewhere"
-                );
-                return Err(ClPathFault::at(line, why));
-            }
-        }
-        // Zero is how some systems leave the centre of the corner out.
-        let (is_out, is_up) = (differs(out, 0.5 * own.0 - own.1), differs(up, own.1));
-        if out != 0.0 && is_out || up != 0.0 && is_up {
-            let why = format!(
-                "{word} has the centre of its corner {} mm from the axis and {} mm above the tip, and the operation's tool \
-                 has it at {} mm and {} mm: they have different shapes",
-                shown(out),
-                shown(up),
-                shown(0.5 * own.0 - own.1),
-                shown(own.1)
-            );
-            return Err(ClPathFault::at(line, why));
         }
         Ok(())
     }

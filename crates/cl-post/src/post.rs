@@ -3,11 +3,11 @@
 use std::path::Path;
 
 use facemill_cl_data::Monitor;
-use facemill_cl_file::{AptFile, CutterWord, FileCutter};
+use facemill_cl_file::AptFile;
 use facemill_job::format::program_stamp::ProgramStamp;
 use facemill_job::setup::word_map::word_frame;
 use facemill_nc_program::{ProgramSpec, write_sections};
-use facemill_tool_model::{Cutter, SpindleRotation};
+use facemill_tool_model::SpindleRotation;
 use facemill_verification::text_times::{TimedText, times_of_text};
 use facemill_virtual_machine::motion::axis_motion::MotionContext;
 
@@ -129,9 +129,6 @@ struct MadePart<'a> {
     blocks: ToolBlocks,
 }
 
-/// Difference of a measure of the file's cutter from the tool's that is none, mm.
-const SAME_CUTTER: f64 = 0.005;
-
 impl<'a> MadePart<'a> {
     fn new(
         scene: &'a PostScene<'_>,
@@ -160,9 +157,12 @@ impl<'a> MadePart<'a> {
 /// the part gets another shape.
 fn check_tool(tool: &PostTool<'_>, part: &ToolPart, options: &PostOptions, remarks: &mut Remarks) {
     let Remarks { notes, other_cutters, .. } = remarks;
-    let list = if options.other_cutter { &mut *notes } else { other_cutters };
+    let is_meant = options.other_cutters.contains(&tool.tool.number());
+    let list = if is_meant { &mut *notes } else { other_cutters };
+    let (cutter, own_name) = (tool.tool.cutter(), format!("the file of T{}", tool.tool.number()));
+    let own = [2.0 * cutter.radius(), cutter.corner_radius()];
     for (line, cutter) in &part.cutters {
-        let why = other_cutter(cutter, tool.tool.cutter(), tool.tool.number());
+        let why = cutter.difference(own, &own_name);
         list.extend(why.map(|why| PostNote::at(*line, format!("ANOTHER CUTTER: {why}"))));
     }
     let (number, own) = (tool.tool.number(), tool.tool.length_register());
@@ -178,31 +178,6 @@ fn check_tool(tool: &PostTool<'_>, part: &ToolPart, options: &PostOptions, remar
         let text = format!("the spindle turns against the sense in the file of T{}", tool.tool.number());
         notes.push(PostNote::at(part.line, text));
     }
-}
-
-/// Returns how a cutter of the file differs from that of tool `number`, if it does.
-fn other_cutter(of_file: &FileCutter, own: &Cutter, number: u32) -> Option<String> {
-    let mill = match of_file {
-        FileCutter::Mill(mill) => mill,
-        FileCutter::Other(kind) => return Some(format!("TLDATA/{kind} is no mill, and the file of T{number} is one")),
-    };
-    let word = mill.word.name();
-    // CUTTER without a corner radius is a flat end mill; Creo never gives one.
-    let corner = mill.corner_radius.or((mill.word != CutterWord::Creo).then_some(0.0));
-    let (own_diameter, own_corner) = (2.0 * own.radius(), own.corner_radius());
-    let differs = |a: f64, b: f64| (a - b).abs() > SAME_CUTTER;
-    if differs(mill.diameter, own_diameter) || corner.is_some_and(|corner| differs(corner, own_corner)) {
-        let measures = |diameter: f64, corner: Option<f64>| {
-            corner.map_or_else(
-                || format!("diameter {diameter:.3} mm"),
-                |corner| format!("diameter {diameter:.3} and corner radius {corner:.3} mm"),
-            )
-        };
-        let (there, here) = (measures(mill.diameter, corner), measures(own_diameter, Some(own_corner)));
-        return Some(format!("{word} has {there}, the file of T{number} {here}"));
-    }
-    let angle = [("bottom", mill.bottom_deg), ("side", mill.side_deg)].into_iter().find(|(_, deg)| *deg != 0.0);
-    angle.map(|(place, deg)| format!("{word} has an angle of {deg} deg at its {place}, the file of T{number} none"))
 }
 
 /// Begins and ends a part away from the cut: a part that begins or ends with one is refused

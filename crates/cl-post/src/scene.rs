@@ -53,9 +53,9 @@ pub struct PostOptions {
     /// Whether feeds are lowered to those that the axes reach within acceleration and jerk; if not,
     /// their largest velocities alone lower them.
     pub law_feeds: bool,
-    /// Whether the tool is meant to differ from the cutter of the file, such as a reground one: a
-    /// difference is a note then, and not a fault.
-    pub other_cutter: bool,
+    /// Numbers of tools that are meant to differ from the cutter of the file, such as reground ones:
+    /// a difference is a note then, and not a fault.
+    pub other_cutters: Vec<u32>,
     /// Largest number of positions of a tool, those inserted with them. Larger: more memory, some
     /// hundred bytes each.
     pub max_positions: usize,
@@ -87,7 +87,7 @@ impl PostOptions {
             retract: None,
             branch: BranchPreference::Nearest,
             law_feeds: true,
-            other_cutter: false,
+            other_cutters: Vec::new(),
             max_positions: 20_000_000,
         }
     }

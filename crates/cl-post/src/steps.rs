@@ -2,8 +2,8 @@
 
 use facemill_cl_data::{ClPoint, Monitor};
 use facemill_cl_file::{
-    AptCoolant, AptFile, AptMeaning, AptPoint, AptPointKind, AptStatement, ClSystems, ClUnit, FileCutter, arc_chords,
-    check_units, check_word, csys_frame, free_text, has_no_unit, major_word,
+    AptCoolant, AptFile, AptMeaning, AptPoint, AptPointKind, AptStatement, ClSystems, ClUnit, CutterInForce,
+    FileCutter, arc_chords, check_units, check_word, csys_frame, free_text, has_no_unit, major_word,
 };
 use facemill_nc_program::{Coolant, SpindleSpec};
 use nalgebra::Isometry3;
@@ -116,8 +116,7 @@ struct StepReader<'a> {
     is_said_off: bool,
     coolant: Coolant,
     cycle: Option<Cycle>,
-    /// The last cutter, with its line.
-    cutter: Option<(u32, FileCutter)>,
+    cutter: CutterInForce,
     systems: ClSystems,
     /// Moves of all parts.
     n_moves: usize,
@@ -157,7 +156,7 @@ impl<'a> StepReader<'a> {
             is_said_off: false,
             coolant: Coolant::Off,
             cycle: None,
-            cutter: None,
+            cutter: CutterInForce::default(),
             systems: ClSystems::default(),
             n_moves: 0,
             has_lengths: false,
@@ -170,7 +169,7 @@ impl<'a> StepReader<'a> {
         match &statement.meaning {
             AptMeaning::PartName(name) if !name.is_empty() => self.out.name = Some(name.clone()),
             AptMeaning::Comment | AptMeaning::Auxiliary => self.comment(statement)?,
-            AptMeaning::Cutter(cutter) => self.cutter = Some((line, cutter.clone())),
+            AptMeaning::Cutter(cutter) => self.cutter.describe(line, cutter),
             AptMeaning::Feed(_) | AptMeaning::FeedPerRevolution(_) => self.has_lengths = true,
             AptMeaning::Unit(unit) => self.unit(*unit, line)?,
             AptMeaning::Tool { number, length_register } => {
@@ -264,6 +263,7 @@ impl<'a> StepReader<'a> {
             self.at = None;
             self.spindle_is_on = false;
         }
+        self.cutter.change_tool();
         self.part.registers.clear();
         (self.part.tool, self.part.line) = (Some(number), line);
         Ok(())
@@ -361,11 +361,12 @@ impl<'a> StepReader<'a> {
             return Err(PostFault::at(point.line, format!("a coordinate is beyond {FARTHEST} mm")));
         }
         // Operations of NX with one tool each begin with the same cutter.
-        if let Some((line, cutter)) = &self.cutter
+        if matches!(point.kind, AptPointKind::Linear | AptPointKind::Arc | AptPointKind::Cycle)
+            && let Some((line, cutter)) = self.cutter.cut()
             && self.part.cutters.len() < MAX_CUTTERS
             && self.part.cutters.iter().all(|(_, before)| before != cutter)
         {
-            self.part.cutters.push((*line, cutter.clone()));
+            self.part.cutters.push((line, cutter.clone()));
         }
         self.part.points += 1;
         self.has_lengths = true;

@@ -166,7 +166,7 @@ fn another_cutter_has_exit_code_1_unless_it_is_meant() {
         let report = job.json("posted.post.json");
         assert_eq!((report["faults"].as_array().map(Vec::len), &report["faults"][0]["line"]), (Some(1), &json!(2)));
         let program = std::fs::read(job.path("posted.nc")).expect("a program");
-        let (code, printed, errors) = post(&job, "part.apt", &[&options[..], &["--other-cutter"]].concat());
+        let (code, printed, errors) = post(&job, "part.apt", &[&options[..], &["--other-cutter", "1"]].concat());
         assert_eq!(code, 0, "{printed}{errors}");
         assert!(printed.contains("line 2: ANOTHER CUTTER: "), "{printed}");
         assert_eq!(program, std::fs::read(job.path("posted.nc")).expect("a program"));

@@ -245,6 +245,23 @@ fn cutters_of_three_systems_are_the_same_mill() {
     assert_eq!(file.statements[7].meaning, AptMeaning::Auxiliary);
 }
 
+/// Cutters before UNITS have its unit; a comment with a name is no cutter.
+#[test]
+fn a_cutter_before_units_is_in_the_unit_of_the_file() {
+    let meaning = |text: &str, k: usize| read_apt(text).unwrap().statements[k].meaning.clone();
+    let cutters = "CUTTER/2,0.25,0.75,0.25,3,5,4\nTLDATA/MILL,2.0,0.25,4.0,5.0,3.0,0.75,0.25\n$$-> CUTTER / 2.0\n";
+    for k in 0..3 {
+        let behind = meaning(&format!("UNITS/INCHES\n{cutters}GOTO/1,2,3"), k + 1);
+        assert!(matches!(&behind, AptMeaning::Cutter(FileCutter::Mill(mill)) if mill.diameter == 2.0 * 25.4));
+        assert_eq!(meaning(&format!("{cutters}UNITS/INCHES\nGOTO/1,2,3"), k), behind);
+        // A second UNITS does not change what was before it.
+        assert_eq!(meaning(&format!("UNITS/INCHES\n{cutters}UNITS/MM\nGOTO/1,2,3"), k + 1), behind);
+    }
+    for name in ["$$-> CUTTER / MILL_A", "$$-> CUTTER /", "$$-> CUTTER"] {
+        assert_eq!(meaning(name, 0), AptMeaning::Comment, "{name}");
+    }
+}
+
 /// A unit beside the file is that of a file without UNITS, and is not overridden.
 #[test]
 fn a_unit_beside_the_file_is_as_units_at_its_beginning() {
@@ -401,8 +418,6 @@ fn faults_are_placed() {
             "line 2, column 1: TLON: no INDIRV says in which direction the circle is followed",
         ),
         ("CUTTER/", "line 1, column 1: CUTTER: expected a diameter"),
-        ("$$-> CUTTER /", "line 1, column 1: CUTTER: expected a diameter"),
-        ("$$-> CUTTER / wide", "line 1, column 15: `wide` has no valid number"),
         ("TLDATA/MILL,20", "line 1, column 1: TLDATA: expected diameter and lower radius behind MILL"),
         ("TLDATA/MILL,20,one,75", "line 1, column 16: `one` has no valid number"),
     ] {

@@ -62,23 +62,27 @@ fn what_would_be_elsewhere_is_refused_with_its_line() {
         let why = cuts_of(&format!("{head}{cut}{tail}"), None).unwrap_err();
         assert!(words.iter().all(|word| why.contains(word)), "{why}");
     };
-    refused("UNITS/MM\nCUTTER/50,1.5\n", "FINI\n", &["line 2", "50 mm", "40 mm", "the file's tool"]);
-    refused("UNITS/MM\nCUTTER/40,3\n", "FINI\n", &["line 2", "corner radius of 3 mm"]);
+    refused(
+        "UNITS/MM\nCUTTER/50,1.5\n",
+        "FINI\n",
+        &["line 2", "diameter 50.000", "diameter 40.000", "the file's tool"],
+    );
+    refused("UNITS/MM\nCUTTER/40,3\n", "FINI\n", &["line 2", "corner radius 3.000 mm"]);
     // A flat end mill, with its corner of zero and without, is no bull nose.
-    refused("UNITS/MM\nCUTTER/40,0\n", "FINI\n", &["line 2", "corner radius of 0 mm"]);
-    refused("UNITS/MM\nCUTTER/40\n", "FINI\n", &["line 2", "no corner radius", "1.5 mm"]);
+    refused("UNITS/MM\nCUTTER/40,0\n", "FINI\n", &["line 2", "corner radius 0.000 mm"]);
+    refused("UNITS/MM\nCUTTER/40\n", "FINI\n", &["line 2", "no corner radius", "1.500 mm"]);
     // Its corner elsewhere, a bottom that rises, a side that leans.
-    refused("UNITS/MM\nCUTTER/40,1.5,15,1.5,0,0,30\n", "FINI\n", &["line 2", "15 mm from the axis", "18.5 mm"]);
+    refused("UNITS/MM\nCUTTER/40,1.5,15,1.5,0,0,30\n", "FINI\n", &["line 2", "15.000 mm from the axis", "18.500"]);
     refused("UNITS/MM\nCUTTER/40,1.5,18.5,1.5,2,0,30\n", "FINI\n", &["line 2", "2 deg at its bottom"]);
     refused("UNITS/MM\nCUTTER/40,1.5,18.5,1.5,0,-5,30\n", "FINI\n", &["line 2", "-5 deg at its side"]);
     refused(
         "UNITS/MM\nTLDATA/MILL,50,1.5,75,0,0\n",
         "FINI\n",
-        &["line 2: TLDATA/MILL has a diameter of 50 mm", "40 mm"],
+        &["line 2: TLDATA/MILL has diameter 50.000", "diameter 40.000"],
     );
     refused("UNITS/MM\nTLDATA/MILL,40,1.5,75,0,3\n", "FINI\n", &["line 2: TLDATA/MILL", "3 deg at its bottom"]);
     refused("UNITS/MM\nTLDATA/DRILL,MILL,40,0,80,118,35\n", "FINI\n", &["line 2: TLDATA/DRILL is no mill"]);
-    refused("UNITS/MM\n$$-> CUTTER / 50.0\n", "FINI\n", &["line 2: CUTTER of Creo has a diameter of 50 mm"]);
+    refused("UNITS/MM\n$$-> CUTTER / 50.0\n", "FINI\n", &["line 2: CUTTER of Creo has diameter 50.000 mm"]);
     refused("UNITS/MM\n", "TRACUT/ON\nFINI\n", &["line 6", "TRACUT is not followed"]);
     refused("UNITS/MM\n", "UNITS/INCHES\nGOTO/1,1,1\nFINI\n", &["line 6", "UNITS changes"]);
     refused("UNITS/MM\n", "FINI\nGOTO/1,1,1\n", &["line 7", "behind FINI"]);
@@ -87,6 +91,19 @@ fn what_would_be_elsewhere_is_refused_with_its_line() {
     refused("UNITS/MM\n", &"GOTO/1,0,0\n".repeat(2000), &["more than 2000 points", "line 2005"]);
     let none = cuts_of("UNITS/MM\nRAPID\nGOTO/0,0,0\nFINI\n", None).unwrap_err();
     assert!(none.contains("no statement moves the tool at feed"), "{none}");
+}
+
+/// A cutter that has cut is not that of the next tool; one that has not may be described first.
+#[test]
+fn the_cutter_of_one_tool_is_not_compared_with_the_next() {
+    let cut = "SPINDL/1000\nRAPID\nGOTO/0,0,9\nFEDRAT/10\nGOTO/1,0,9\nRAPID\nGOTO/0,0,90\n";
+    let two = |between: &str| {
+        cuts_of(&format!("UNITS/MM\nLOADTL/1\nCUTTER/10,1\n{cut}{between}{cut}FINI\n"), Some(2)).map(|_| ())
+    };
+    assert_eq!(two("LOADTL/2\n"), Ok(()));
+    assert_eq!(two("CUTTER/40,1.5\nLOADTL/2\n"), Ok(()));
+    assert!(two("CUTTER/12,1\nLOADTL/2\n").unwrap_err().contains("diameter 12.000"));
+    assert!(two("LOADTL/2\nCUTTER/12,1\n").unwrap_err().contains("diameter 12.000"));
 }
 
 #[test]

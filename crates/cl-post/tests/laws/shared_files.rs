@@ -30,7 +30,7 @@ fn is_posted_everywhere(name: &str) {
                 retract: Some(5.0),
                 law_feeds: false,
                 tolerance: 0.05,
-                other_cutter: true,
+                other_cutters: numbers.clone(),
                 ..PostOptions::new(name)
             };
             let posted = stage

@@ -138,7 +138,8 @@ fn a_file_that_begins_or_ends_in_a_cut_needs_a_retract() {
 #[test]
 fn another_cutter_is_a_fault_and_another_sense_of_the_spindle_a_note() {
     let stage = Stage::fanuc("head-b-table-c", 3);
-    let text = format!("CUTTER/12,0\n{}FINI", HEAD.replace("CLW", "CCLW"));
+    let cut = "GOTO/0,0,50\nRAPID\nGOTO/0,0,60\n";
+    let text = format!("CUTTER/12,0\n{}{cut}FINI", HEAD.replace("CLW", "CCLW"));
     let is_cutter =
         |n: &PostNote| n.line == Some(1) && n.text.starts_with("ANOTHER CUTTER: CUTTER has diameter 12.000");
     let posted = stage.post(&text);
@@ -146,14 +147,16 @@ fn another_cutter_is_a_fault_and_another_sense_of_the_spindle_a_note() {
     assert!(posted.report.faults.len() == 1 && is_cutter(&posted.report.faults[0]), "{:?}", posted.report.faults);
     let notes = &posted.report.notes;
     assert!(notes.len() == 1 && notes[0].text.starts_with("the spindle turns against the sense"), "{notes:?}");
-    let meant = stage.post_with(&text, &PostOptions { other_cutter: true, ..PostOptions::new("test") }).unwrap();
+    let meant_for = |number: u32| PostOptions { other_cutters: vec![number], ..PostOptions::new("test") };
+    assert!(!stage.post_with(&text, &meant_for(8)).unwrap().report.is_clean(), "that of another tool");
+    let meant = stage.post_with(&text, &meant_for(7)).unwrap();
     assert!(meant.report.is_clean() && meant.report.notes.iter().any(is_cutter), "{:?}", meant.report.notes);
     assert_eq!(meant.text, posted.text);
     let later = format!("{HEAD}SPINDL/CCLW\nGOTO/0,0,50\nRAPID\nGOTO/0,0,60\nFINI");
     let posted = stage.post(&later);
     assert!(posted.text.contains("S3000 M4"), "{}", posted.text);
     assert!(posted.report.notes.iter().any(|n| n.text.starts_with("the spindle turns against the sense")));
-    let whole = format!("CUTTER/20,1\n{HEAD}FINI");
+    let whole = format!("CUTTER/20,1\n{HEAD}{cut}FINI");
     assert_eq!(stage.post(&whole).report.notes, []);
     let cut_off = stage.post(HEAD).report.notes;
     assert!(cut_off.iter().any(|n| n.text.starts_with("FINI is missing")), "{cut_off:?}");
@@ -185,10 +188,23 @@ fn cutters_of_other_systems_are_compared_with_the_tool() {
             "CUTTER of Creo has diameter 12.000 mm, the file of T7 diameter 20.000 and corner radius 1.000 mm",
         ),
         ("TLDATA/MILL,20,1,75,3,0", "TLDATA/MILL has an angle of 3 deg at its side, the file of T7 none"),
+        (
+            "CUTTER/20,1,5,1",
+            "CUTTER has the centre of its corner 5.000 mm from the axis and 1.000 mm above the tip, the file of T7 9.000 and \
+             1.000 mm",
+        ),
+        (
+            "CUTTER/20",
+            "CUTTER has diameter 20.000 mm and no corner radius, the file of T7 diameter 20.000 and corner radius 1.000 mm",
+        ),
         ("CUTTER/20,1,9,1,2", "CUTTER has an angle of 2 deg at its bottom, the file of T7 none"),
         ("TLDATA/DRILL,MILL,20,0,80,118,35", "TLDATA/DRILL is no mill, and the file of T7 is one"),
     ] {
         assert_eq!(another(other), [(8, expected.to_owned())], "{other}");
+    }
+    // Rounding of an inch file, a name in place of a diameter.
+    for same in ["CUTTER/20.009,1", "$$-> CUTTER / MILL_A"] {
+        assert_eq!(another(same), [], "{same}");
     }
     let words = stage.post(&format!("$$ a\n$$-> CUTTER / 20\n{HEAD}FINI")).report.words;
     let treatments: Vec<_> = words.iter().take(2).map(|w| (w.word.as_str(), w.treatment)).collect();

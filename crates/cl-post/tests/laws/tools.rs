@@ -32,6 +32,22 @@ fn each_tool_has_its_change_length_and_speed_on_every_control() {
     }
 }
 
+/// A cutter that has cut is not that of the next tool, which has none of its own, or one behind its
+/// first rapids.
+#[test]
+fn the_cutter_of_one_tool_is_not_compared_with_the_next() {
+    let mut stage = Stage::control("table-table-a-c", Dialect::Fanuc, None);
+    stage.tools.push(tool(9, 120.0));
+    let with = |first: &str, second: &str| {
+        let text = TWO_TOOLS.replacen("LOADTL/7\n", &format!("LOADTL/7\n{first}"), 1);
+        let text = text.replacen("GOTO/5,5,60\n", &format!("GOTO/5,5,60\n{second}"), 1);
+        stage.post(&text).report.faults.into_iter().map(|n| n.text).collect::<Vec<_>>()
+    };
+    assert_eq!(with("CUTTER/12,0\n", "").len(), 1, "that of T7 alone");
+    assert!(with("", "CUTTER/12,0\n")[0].contains("the file of T9"));
+    assert_eq!(with("CUTTER/12,0\n", "CUTTER/14,0\n").len(), 2);
+}
+
 /// The program calls the register of the tool file: another one in the file is noted with its line,
 /// also behind the first call of the tool.
 #[test]

@@ -118,9 +118,9 @@ pub(crate) struct PostArguments {
     #[arg(long)]
     pub(crate) given_feeds: bool,
     /// Post for a tool that is not the cutter of the file, such as a reground one: the difference
-    /// is a note, and not a fault
-    #[arg(long)]
-    pub(crate) other_cutter: bool,
+    /// of the tool with this number is a note, and not a fault; may be repeated
+    #[arg(long, value_name = "NUMBER")]
+    pub(crate) other_cutter: Vec<u32>,
     /// Output file for the program; its report (JSON) has the same name with .post.json
     #[arg(short, long, value_name = "FILE")]
     pub(crate) out: PathBuf,
@@ -191,7 +191,7 @@ pub(crate) fn run(arguments: &PostArguments) -> Result<ExitCode, Failure> {
         retract: arguments.retract_mm,
         branch: arguments.branch,
         law_feeds: !arguments.given_feeds,
-        other_cutter: arguments.other_cutter,
+        other_cutters: arguments.other_cutter.clone(),
         ..PostOptions::new(cl_path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned()))
     };
     let monitor = Progress::new(false).start("post the points", file.points.len());
