@@ -107,7 +107,7 @@ const PLACES_ACROSS: i32 = 16;
 const MOST_BEYOND: usize = 4000;
 
 /// Marks predicted cusps as kept where the text is measured to leave no more than the permitted
-/// ones beside each point, across the strips on both its sides.
+/// ones beside each point.
 ///
 /// # Errors
 /// As [`Remaining::left_near`].
@@ -127,14 +127,13 @@ pub(crate) fn settle_cusps(
         }
         let strips: Vec<NearSurface> = beyond.iter().flat_map(|p| p.across_strips(setup.drive_allowance)).collect();
         let across = remaining.left_near((job, setup), k, &strips)?;
-        let of_points = across.chunks(2 * PLACES_ACROSS as usize);
-        let beside: Vec<Vec<LeftPlace>> = of_points.map(|of| of.iter().flatten().copied().collect()).collect();
-        // Passes of files may leave the region.
-        let is_all_on_region = matches!(planned.operation.path, PathFile::Strategy(_));
         let cusp = planned.operation.tolerances.cusp_mm;
-        let on_region = OnRegion { places: &remaining.places[k], is_all_on_region, allowance: setup.drive_allowance };
-        cusps.kept_by_text = is_kept(&beside, is_all_on_region.then_some(on_region.places), cusp)
-            && beyond.iter().all(|p| on_region.is_low_around(p, cusp));
+        let text = TextHeights::new(&remaining.places[k], planned.operation, setup.drive_allowance);
+        let of_points = beyond.iter().zip(across.chunks(2 * PLACES_ACROSS as usize));
+        cusps.kept_by_text = of_points.into_iter().all(|(point, strips)| {
+            let strips: Vec<LeftPlace> = strips.iter().flatten().copied().collect();
+            text.keep(point, &strips, cusp)
+        });
     }
     if report.cusps.iter().any(|c| c.kept_by_text) {
         report.worst.cusp_exceeded = report.cusps.iter().any(|c| c.points_beyond > 0 && !c.kept_by_text);
@@ -142,40 +141,42 @@ pub(crate) fn settle_cusps(
     Ok(())
 }
 
-/// Places measured all over an operation's region. Those across the strips follow the tangent, and
-/// may miss what lies around a sharp edge.
-struct OnRegion<'p> {
+/// Heights that the text leaves all over an operation's region.
+struct TextHeights<'p> {
     places: &'p [LeftPlace],
-    /// Whether all passes are on the region.
-    is_all_on_region: bool,
+    /// The highest of them, where all passes are known to be on the region, mm.
+    highest: Option<f64>,
     /// Height of the passes above the drive surface, mm.
     allowance: f64,
 }
 
-impl OnRegion<'_> {
-    /// Returns whether there are places within the step-over of a point and none is higher than the
-    /// cusp, or all are on the region and none of all is.
-    fn is_low_around(&self, point: &PointBeyond, cusp: f64) -> bool {
+impl<'p> TextHeights<'p> {
+    fn new(places: &'p [LeftPlace], operation: &OperationFile, allowance: f64) -> Self {
+        // Passes of files may leave the region.
+        let is_all_on_region = matches!(operation.path, PathFile::Strategy(_));
+        let highest = places.iter().map(|place| place.height).reduce(f64::max).filter(|_| is_all_on_region);
+        Self { places, highest, allowance }
+    }
+
+    /// Returns whether the text is at most as high as the cusp beside a point: at the places across
+    /// its `strips`, and at all places within the step-over, because those across follow the
+    /// tangent and may miss what lies around a sharp edge. Where there are none of the one or the
+    /// other, all of the region has to be as low.
+    fn keep(&self, point: &PointBeyond, strips: &[LeftPlace], cusp: f64) -> bool {
+        let is_low = |place: &LeftPlace| place.height <= cusp;
+        if !strips.iter().all(is_low) {
+            return false;
+        }
+        if self.highest.is_some_and(|highest| highest <= cusp) {
+            return true;
+        }
         let is_near = |place: &&LeftPlace| {
             let on_pass = place.position + place.normal.into_inner() * self.allowance;
             (on_pass - point.in_first).norm_squared() <= point.step_over * point.step_over
         };
-        let is_low = |places: &mut dyn Iterator<Item = &LeftPlace>| {
-            let (mut any, mut low) = (false, true);
-            places.for_each(|place| (any, low) = (true, low && place.height <= cusp));
-            any && low
-        };
-        is_low(&mut self.places.iter().filter(is_near)) || (self.is_all_on_region && is_low(&mut self.places.iter()))
+        let mut near = self.places.iter().filter(is_near).peekable();
+        !strips.is_empty() && near.peek().is_some() && near.all(is_low)
     }
-}
-
-/// Returns whether all places `beside` each point are at most as high as the cusp. A point without
-/// a place on the region is kept if all of the `region` is as low, where that is known to have all
-/// passes.
-fn is_kept(beside: &[Vec<LeftPlace>], region: Option<&[LeftPlace]>, cusp: f64) -> bool {
-    let is_low = |places: &[LeftPlace]| !places.is_empty() && places.iter().all(|place| place.height <= cusp);
-    let is_low_everywhere = region.is_some_and(is_low);
-    beside.iter().all(|places| is_low(places) || (places.is_empty() && is_low_everywhere))
 }
 
 /// Returns the reason why there is no pass between: the refusal nearest to the place within the

@@ -2,29 +2,38 @@ use nalgebra::Vector3;
 
 use super::*;
 
-fn places(heights: &[f64]) -> Vec<LeftPlace> {
-    let at = |&height: &f64| LeftPlace {
-        position: Point3::origin(),
+/// Places on a plane at x, each with its height.
+fn places(at: &[[f64; 2]]) -> Vec<LeftPlace> {
+    let place = |&[x, height]: &[f64; 2]| LeftPlace {
+        position: Point3::new(x, 0.0, 0.0),
         normal: Vector3::z_axis(),
         weight: 0.0,
         height,
         is_cut: true,
     };
-    heights.iter().map(at).collect()
+    at.iter().map(place).collect()
 }
 
 #[test]
-fn the_text_settles_predicted_cusps_where_it_is_measured_to_keep_them() {
-    let kept = |beside: &[Vec<LeftPlace>], region: Option<&[LeftPlace]>| is_kept(beside, region, 0.1);
-    let (low, high) = (places(&[0.05, 0.1, 0.0]), places(&[0.05, 0.11, 0.0]));
-    // A high place counts beside any of the points, a high one elsewhere on the region does not.
-    assert!(kept(&[low.clone(), low.clone()], Some(&high)));
-    assert!(!kept(&[low.clone(), high.clone()], Some(&high)));
-    assert!(!kept(&[low.clone(), high], Some(&low)));
-    // A point without a place keeps its prediction, unless all of its region is known to be low.
-    assert!(!kept(&[low.clone(), Vec::new()], None));
-    assert!(!kept(&[low.clone(), Vec::new()], Some(&[])));
-    assert!(kept(&[low.clone(), Vec::new()], Some(&low)));
+fn the_text_settles_a_predicted_cusp_where_it_is_measured_to_keep_it() {
+    // A point at x = 0 with a step-over of 5, on passes 2 above the surface.
+    let in_first = Point3::new(0.0, 0.0, 2.0);
+    let across = Vector3::x_axis();
+    let point = PointBeyond { place: in_first, copy: 0, in_first, across, step_over: 5.0, height: None };
+    let keeps = |all: &[[f64; 2]], is_all_on_region: bool, strips: &[[f64; 2]]| {
+        let all = places(all);
+        let highest = all.iter().map(|place| place.height).reduce(f64::max).filter(|_| is_all_on_region);
+        TextHeights { places: &all, highest, allowance: 2.0 }.keep(&point, &places(strips), 0.1)
+    };
+    let low = [[1.0, 0.05], [2.0, 0.1]];
+    // Within the step-over the place counts, on the strips and all over the region, beyond it not.
+    assert!(keeps(&[[4.9, 0.1], [5.1, 0.2]], true, &low));
+    assert!(!keeps(&[[4.9, 0.11], [3.0, 0.0]], true, &low));
+    assert!(!keeps(&[[4.9, 0.1]], true, &[[1.0, 0.11], [2.0, 0.1]]));
+    // Without places of the one or the other, only a low region that has all passes settles it.
+    assert!(keeps(&[[9.0, 0.1]], true, &low) && !keeps(&[[9.0, 0.1]], false, &low));
+    assert!(keeps(&[[9.0, 0.1]], true, &[]) && !keeps(&[[1.0, 0.1]], false, &[]));
+    assert!(!keeps(&[[9.0, 0.11]], true, &low) && !keeps(&[], true, &low) && !keeps(&[], true, &[]));
 }
 
 #[test]
@@ -44,21 +53,4 @@ fn places_across_the_strips_find_the_crests_beside_a_point() {
         let within = |near: &NearSurface| (near.point - in_first).norm() <= near.reach && near.copy == 2;
         assert!(strips.iter().all(within));
     }
-}
-
-#[test]
-fn a_high_place_of_the_region_within_the_step_over_keeps_the_prediction() {
-    let at = |x: f64, height: f64| LeftPlace { position: Point3::new(x, 0.0, 0.0), ..places(&[height])[0] };
-    let in_first = Point3::new(0.0, 0.0, 2.0);
-    let point =
-        PointBeyond { place: in_first, copy: 0, in_first, across: Vector3::x_axis(), step_over: 5.0, height: None };
-    let is_low = |all: &[LeftPlace], is_all_on_region: bool| {
-        OnRegion { places: all, is_all_on_region, allowance: 2.0 }.is_low_around(&point, 0.1)
-    };
-    assert!(is_low(&[at(4.9, 0.1), at(5.1, 0.2)], true));
-    assert!(!is_low(&[at(4.9, 0.11), at(3.0, 0.0)], true));
-    // Without a place near it only a low region that has all passes settles it.
-    assert!(is_low(&[at(9.0, 0.1)], true));
-    assert!(!is_low(&[at(9.0, 0.1)], false));
-    assert!(!is_low(&[], true));
 }
