@@ -22,6 +22,12 @@ pub const ROTOR_SCALES: RangeInclusive<f64> = 0.1..=100.0;
 /// Radii of face mills that can be bought, mm.
 const CUTTER_RADII: [f64; 12] = [4.0, 5.0, 6.0, 8.0, 10.0, 12.5, 16.0, 20.0, 25.0, 40.0, 63.0, 80.0];
 
+/// Largest tilt of the tools of jobs, deg.
+pub(crate) const MOST_TILT_DEG: f64 = 15.0;
+
+/// Diameter of the flange above an arbor, mm.
+pub(crate) const FLANGE_DIAMETER: f64 = 128.57;
+
 /// Returns the largest cutter that is not larger than wanted.
 pub(crate) fn cutter_radius(wanted: f64) -> f64 {
     CUTTER_RADII.iter().rev().copied().find(|r| *r <= wanted * 1.001).unwrap_or(CUTTER_RADII[0])
@@ -50,7 +56,7 @@ pub(crate) fn operation(name: &str, radius: f64, strategy: &Value, scale: f64) -
         "entry": arc,
         "exit": arc,
         "search": {
-            "tilt_deg": [2.0, 15.0],
+            "tilt_deg": [2.0, MOST_TILT_DEG],
             "rotate_deg": [0.0, 85.0],
             "order": "tilt_first",
             "weight": 1.0,
@@ -121,7 +127,7 @@ pub(crate) fn tool_file(radius: f64, reach: f64) -> Value {
             "clearance_mm": 2.0,
             "sections": [
                 { "length_mm": arbor, "diameter_low_mm": round_to((1.2 * radius).min(100.0), 1), "diameter_high_mm": round_to((1.4 * radius).clamp(20.0, 110.0), 1) },
-                { "length_mm": flange, "diameter_low_mm": 128.57, "diameter_high_mm": 128.57 },
+                { "length_mm": flange, "diameter_low_mm": FLANGE_DIAMETER, "diameter_high_mm": FLANGE_DIAMETER },
             ],
         },
     })

@@ -10,7 +10,8 @@ use serde_json::{Value, json};
 
 use crate::blade_set::{SetBlade, lofted_blades, read_blade_file, set_mesh};
 use crate::job_parts::{
-    JobFiles, ROTOR_SCALES, ReadFile, cutter_radius, job_file, job_folder, operation, round_to, stock_for,
+    FLANGE_DIAMETER, JobFiles, MOST_TILT_DEG, ROTOR_SCALES, ReadFile, cutter_radius, job_file, job_folder, operation,
+    round_to, stock_for,
 };
 use crate::propeller_mesh::{nodes_in_place, parts_by_group};
 
@@ -32,10 +33,8 @@ const CHECK_ALLOWANCE: f64 = 1.0;
 /// of its sector.
 const HUB_GROUPS: [&str; 2] = ["hub", "hub-ends"];
 
-/// Radius of the arbor's flange, mm, and sine of the largest tilt of the tool, by which its rim
-/// comes down.
-const FLANGE_RADIUS: f64 = 64.3;
-const MOST_TILT_SIN: f64 = 0.26;
+/// Radius of the arbor's flange, mm.
+const FLANGE_RADIUS: f64 = 0.5 * FLANGE_DIAMETER;
 
 /// Rounds of widths of a side.
 const WIDTH_ROUNDS: u32 = 3;
@@ -85,7 +84,7 @@ fn described_job(file: &Path, scale: f64, with_hub: bool, read: ReadFile<'_>) ->
         }
         let SideSetup { setup, middle, rise, above_hub } = setup(&mesh, (blade, side), &name, radius)?;
         setups.push(setup);
-        reach = f64::max(reach, rise + FLANGE_RADIUS * MOST_TILT_SIN);
+        reach = f64::max(reach, rise + FLANGE_RADIUS * MOST_TILT_DEG.to_radians().sin());
         if let Some((_, share)) = above_hub {
             if share <= 0.0 {
                 return Err(in_file(format!(
