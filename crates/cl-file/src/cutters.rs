@@ -60,8 +60,9 @@ pub(super) fn of_tldata(
 }
 
 /// Returns the cutter of `$$-> CUTTER / d`, a comment in which Creo gives the diameter alone;
-/// `None` for other comments, also with a name in its place. No page of PTC describes it (CL data commands lists `$$` as "comment
-/// or command for the use of Creo NC"); files of Creo have this form.
+/// `None` for other comments, also with a name in its place. No page of PTC describes it (CL data
+/// commands lists `$$` as "comment or command for the use of Creo NC"); files of Creo have this
+/// form.
 pub(super) fn of_creo(raw: &RawStatement, unit: f64) -> Option<FileCutter> {
     let (word, values) = raw.text.strip_prefix("$$->")?.split_once('/')?;
     if !word.trim().eq_ignore_ascii_case("CUTTER") {

@@ -254,7 +254,7 @@ impl<'a> CutReader<'a> {
         let own = [2.0 * self.settings.cutter.radius(), self.settings.cutter.corner_radius()];
         if let Some(why) = cutter.difference(own, "the operation's tool") {
             let why = format!(
-                "{why}: its tip would not touch where the file's does; give the operation the file's tool, or post the \
+                "{why}: the tip would not touch where the file's does; give the operation the file's tool, or post the \
                  path for this one, and see that UNITS is right"
             );
             return Err(ClPathFault::at(line, why));

@@ -53,8 +53,8 @@ pub struct PostOptions {
     /// Whether feeds are lowered to those that the axes reach within acceleration and jerk; if not,
     /// their largest velocities alone lower them.
     pub law_feeds: bool,
-    /// Numbers of tools that are meant to differ from the cutter of the file, such as reground ones:
-    /// a difference is a note then, and not a fault.
+    /// Numbers of tools that are meant to differ from the cutter of the file, such as reground
+    /// ones: a difference is a note then, and not a fault.
     pub other_cutters: Vec<u32>,
     /// Largest number of positions of a tool, those inserted with them. Larger: more memory, some
     /// hundred bytes each.

@@ -19,8 +19,8 @@ pub struct CuspsKeptReport {
     /// stays uncut. With any the exit code is 1, unless the text is measured to keep the cusp.
     pub points_beyond: usize,
     /// Whether the text is measured to leave at most `cusp_mm` beside each of these points, across
-    /// the strips and within the step-over, so that they do not count. A point beside which no place
-    /// of the region is measured is kept if all of the region of a strategy is.
+    /// the strips and within the step-over, so that they do not count. A point beside which no
+    /// place of the region is measured is kept if all of the region of a strategy is.
     pub kept_by_text: bool,
     /// Reasons why no pass was inserted there.
     pub reasons: Vec<CuspReasonReport>,
