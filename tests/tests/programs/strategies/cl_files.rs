@@ -197,7 +197,11 @@ fn files_that_are_no_path_are_refused_with_file_line_and_remedy() {
     };
     refused(&facing(-0.5), &[], &["part.apt", "line 10", "0.500 mm deep", "max_distance_mm"]);
     refused(&facing(3.0), &[], &["part.apt", "line 10", "3.000 mm", "workpiece frame"]);
-    refused(&cut("UNITS/MM", "UNITS/MM\nCUTTER/63,0.75"), &[], &["part.apt", "line 3", "diameter 63.000", "diameter 20.000"]);
+    refused(
+        &cut("UNITS/MM", "UNITS/MM\nCUTTER/63,0.75"),
+        &[],
+        &["part.apt", "line 3", "diameter 63.000", "diameter 20.000"],
+    );
     refused(&cut("GOTO/", "RAPID\nGOTO/"), &[], &["part.apt", "no statement moves the tool at feed"]);
     refused(&cut("GOTO/120,16", "GOTO/1x,16"), &[], &["part.apt", "line 11", "1x"]);
     refused("{}", &[], &["part.apt", "no CL file"]);
