@@ -29,6 +29,9 @@ pub(super) enum Move {
     Cut,
 }
 
+/// Largest inverse time, 1/min: a block of 60 µs. Larger numbers do not fit a control's words.
+const LARGEST_INVERSE_TIME: f64 = 999_999.0;
+
 impl BodyWriter<'_, '_> {
     pub(super) fn rapid(&mut self, words: &AxisWords) -> Result<(), WriteError> {
         self.start_motion(Move::Rapid);
@@ -110,9 +113,13 @@ impl BodyWriter<'_, '_> {
 
     fn feed(&mut self, feed: f64) -> Result<(), WriteError> {
         let settings = self.settings;
-        let (decimals, what) = match settings.feed_mode {
-            FeedMode::G94 | FeedMode::Rtcp => (settings.decimals.feed, "a feed in mm/min"),
-            FeedMode::G93 => (settings.decimals.inverse_time, "a feed in 1/min"),
+        let (feed, decimals, what) = match settings.feed_mode {
+            FeedMode::G94 | FeedMode::Rtcp => (feed, settings.decimals.feed, "a feed in mm/min"),
+            // A block that would take less time takes as much as the largest number says.
+            FeedMode::G93 if feed.is_finite() => {
+                (feed.min(LARGEST_INVERSE_TIME), settings.decimals.inverse_time, "a feed in 1/min")
+            }
+            FeedMode::G93 => (feed, settings.decimals.inverse_time, "a feed in 1/min"),
         };
         let units = self.feed_units(feed, decimals).ok_or_else(|| self.number_error(what, feed))?;
         // Inverse time belongs to its block and is not remembered.

@@ -420,6 +420,19 @@ fn template_faults_name_their_line() {
     );
 }
 
+/// A block shorter than 60 µs is run in 60 µs: nothing moves faster than it was to.
+#[test]
+fn the_shortest_block_of_inverse_time_has_the_largest_feed() {
+    let first = Block::Rapid { words: words(&AXES.map(|l| (l, 0.0))) };
+    let with = |feed: f64| {
+        let cut = Block::Linear { words: words(&[(AxisLetter::X, 0.001)]), feed };
+        write_program(&spec(vec![first.clone(), cut]), &settings(FeedMode::G93))
+    };
+    assert!(with(1_794_163.12).unwrap().contains(" X0.001 F999999."));
+    assert_eq!(with(1e300).unwrap(), with(999_999.0).unwrap());
+    assert!(matches!(with(f64::INFINITY), Err(WriteError::Number { .. })));
+}
+
 #[test]
 fn what_no_word_can_say_is_refused_with_its_block() {
     let first = Block::Rapid { words: words(&AXES.map(|l| (l, 0.0))) };
