@@ -138,7 +138,11 @@ fn of_entry(position: usize, entry: &JsonValue) -> LibraryTool {
     // Faults of the number are reported by the tool's own reader.
     let number = tool.part("post-process", &mut Vec::new()).count("number", 99_999_999, &mut Vec::new());
     let Some(kind) = tool.text("type") else {
-        faults.push(ToolFault::new("type", "is missing; select a type of tool in Fusion"));
+        let fault = match entry.get("type").filter(|value| !matches!(value, JsonValue::Null | JsonValue::Text(_))) {
+            Some(other) => format!("is {}; it must be a text", other.kind()),
+            None => "is missing; select a type of tool in Fusion".to_owned(),
+        };
+        faults.push(ToolFault::new("type", fault));
         let import = Err(ToolRefusal::of_faults(faults));
         return LibraryTool { position, number, description, kind: String::new(), import };
     };
