@@ -1,5 +1,7 @@
 //! CL files: points, statements and their meaning.
 
+use std::fmt;
+
 use facemill_cl_data::ClPoint;
 use facemill_nc_program::Coolant;
 use facemill_nc_program::SpindleSpec;
@@ -108,6 +110,16 @@ impl ClUnit {
     }
 }
 
+impl fmt::Display for ClUnit {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Millimetre => "mm",
+            Self::Centimetre => "cm",
+            Self::Inch => "inches",
+        })
+    }
+}
+
 /// A statement of an APT file.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
@@ -176,10 +188,12 @@ pub enum AptMeaning {
     Cycle(bool),
     /// CIRCLE, MOVARC: the next point is the end of an arc.
     Circle,
-    /// CSYS with twelve numbers: the frame of the following points in that of the part, three rows
-    /// of a direction's components and an offset (mm). `None` for TRNTYP, which gives the purpose
-    /// of such a frame.
+    /// CSYS with twelve numbers: the frame of the following points in that of the part, a row for
+    /// each of its axes: components of the axis, and a coordinate of the origin (mm). `None` for
+    /// TRNTYP, which gives the purpose of such a frame.
     Frame(Option<Box<[f64; 12]>>),
+    /// GOHOME: the tool goes to where it began.
+    Home,
     /// CUTCOM: whether the control is to offset the tool to one side. Points are as given.
     RadiusCompensation(bool),
     /// SETUP: whether a setup begins.

@@ -36,5 +36,5 @@ pub use apt_file::{
 pub use chords::arc_chords;
 pub use cutters::CutterInForce;
 pub use reader::{read_apt, read_apt_in};
-pub use words::{ClFault, ClSystems, check_units, check_word, csys_frame, free_text, has_no_unit, major_word};
+pub use words::{ClFault, ClSystems, check_units, check_word, csys_frame, csys_note, free_text, major_word, unit_note};
 pub use writer::write_apt;

@@ -36,6 +36,11 @@ pub fn read_apt_in(text: impl AsRef<[u8]>, unit: Option<ClUnit>) -> Result<AptFi
     let state = State { unit: unit.map_or(1.0, ClUnit::mm), ..State::default() };
     let mut reader = AptReader { file, unknown: BTreeMap::new(), state };
     for statement in Statements::new(text.as_ref()) {
+        if statement.is_too_long {
+            let why = "a statement of more than 100,000 characters: this is no CL file, or `$` at the ends of lines joins them all";
+            let word = statement.text.split(['/', ' ']).next().unwrap_or_default().to_owned();
+            return Err(statement.error(0, ReadFault::Statement { word, why }));
+        }
         let meaning = reader.statement(&statement)?;
         reader.file.statements.push(AptStatement { line: statement.line, text: statement.text.into(), meaning });
     }
@@ -163,6 +168,7 @@ impl AptReader {
             "CUTCOM" => AptMeaning::RadiusCompensation(!has(&values, "OFF")),
             "SETUP" => AptMeaning::Setup(!has(&values, "END")),
             "FINI" | "END" => AptMeaning::End,
+            "GOHOME" => AptMeaning::Home,
             "COOLNT" => AptMeaning::Coolant(coolant(&values)),
             "DELAY" => AptMeaning::Dwell(if has(&values, "REV") { None } else { first_number(&values) }),
             "STOP" | "OPSTOP" => AptMeaning::Stop { optional: word == "OPSTOP" },

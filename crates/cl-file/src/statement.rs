@@ -11,7 +11,13 @@ pub(super) struct RawStatement {
     pub(super) text: String,
     /// Line and column of every byte of `text`.
     places: Vec<(u32, u32)>,
+    /// Whether it is longer than [`LONGEST`], and was read no further.
+    pub(super) is_too_long: bool,
 }
+
+/// Bytes of the longest statement with its continuation lines: CAM systems write a few hundred.
+/// More would be a file of another kind, whose bytes take much memory each.
+const LONGEST: usize = 100_000;
 
 /// Joins the lines of an APT file. `$$` starts a comment, which becomes a statement of its own if
 /// it is alone on its line.
@@ -42,13 +48,14 @@ impl Iterator for Statements<'_> {
     fn next(&mut self) -> Option<RawStatement> {
         loop {
             let bytes = self.next_line()?;
-            let mut statement = RawStatement { line: self.line, text: String::new(), places: Vec::new() };
+            let mut statement =
+                RawStatement { line: self.line, text: String::new(), places: Vec::new(), is_too_long: false };
             let mut is_continued = statement.append(self.line, bytes);
             while is_continued {
                 let Some(bytes) = self.next_line() else { break };
                 is_continued = statement.append(self.line, bytes);
             }
-            if !statement.text.is_empty() {
+            if !statement.text.is_empty() || statement.is_too_long {
                 return Some(statement);
             }
         }
@@ -58,6 +65,10 @@ impl Iterator for Statements<'_> {
 impl RawStatement {
     /// Appends a line; returns whether the next one belongs to it.
     fn append(&mut self, line: u32, bytes: &[u8]) -> bool {
+        self.is_too_long = self.text.len() + bytes.len() > LONGEST;
+        if self.is_too_long {
+            return false;
+        }
         let text = String::from_utf8_lossy(bytes);
         let start = text.len() - text.trim_start().len();
         let body = text.trim();

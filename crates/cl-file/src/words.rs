@@ -24,9 +24,9 @@ impl ClFault {
 
 /// Words that move tool, part or frame in a way that is not followed: leaving one out would cut
 /// elsewhere.
-const MOVING: [&str; 32] = [
-    "ARCSLP", "CALL", "COPY", "CSYS", "GO", "GOBACK", "GOCLER", "GODOWN", "GOFWD", "GOHOME", "GOLFT", "GORGT", "GOUP",
-    "HEAD", "INDEX", "MACRO", "NURBS", "OFFSTL", "ORIGIN", "RETRCT", "ROTABL", "ROTATE", "ROTHED", "SAFPOS", "TERMAC",
+const MOVING: [&str; 31] = [
+    "ARCSLP", "CALL", "COPY", "CSYS", "GO", "GOBACK", "GOCLER", "GODOWN", "GOFWD", "GOLFT", "GORGT", "GOUP", "HEAD",
+    "INDEX", "MACRO", "NURBS", "OFFSTL", "ORIGIN", "RETRCT", "ROTABL", "ROTATE", "ROTHED", "SAFPOS", "TERMAC",
     "THREAD", "TLLFT", "TLON", "TLRGT", "TMARK", "TRACUT", "TRANS",
 ];
 
@@ -37,6 +37,15 @@ pub fn major_word(text: &str) -> String {
     }
     let end = text.find(['/', ' ', ',', '\t']).unwrap_or(text.len());
     text[..end].to_ascii_uppercase()
+}
+
+/// Returns the note on a CSYS whose rows, taken as columns, would be another frame; `None` for a
+/// frame without a turn, or turned by half a turn.
+pub fn csys_note(rows: &[f64; 12]) -> Option<&'static str> {
+    let is_symmetric = [(1, 4), (2, 8), (6, 9)].iter().all(|&(a, b)| (rows[a] - rows[b]).abs() <= NOT_RIGID);
+    (!is_symmetric).then_some(
+        "CSYS turns: each of its rows is taken as the direction of an axis of its frame, and a coordinate of its origin",
+    )
 }
 
 /// Returns the text behind the major word.
@@ -61,12 +70,15 @@ pub fn check_word(statement: &AptStatement) -> Result<(), ClFault> {
 /// decimals.
 const NOT_RIGID: f64 = 1e-4;
 
-/// Returns the frame of a CSYS: that of its points in that of the part.
+/// Returns the frame of a CSYS: that of its points in that of the part. Each row of its numbers is
+/// the direction of an axis in the part's frame, and a coordinate of the origin there: features
+/// that programs repeat in turned frames come to lie on each other so.
 ///
 /// # Errors
 /// If its directions are not unit vectors at right angles, or left-handed.
 pub fn csys_frame(rows: &[f64; 12], line: u32) -> Result<Isometry3<f64>, ClFault> {
-    let matrix = Matrix3::new(rows[0], rows[1], rows[2], rows[4], rows[5], rows[6], rows[8], rows[9], rows[10]);
+    let directions = Matrix3::new(rows[0], rows[1], rows[2], rows[4], rows[5], rows[6], rows[8], rows[9], rows[10]);
+    let matrix = directions.transpose();
     let is_rigid =
         (matrix.transpose() * matrix - Matrix3::identity()).amax() <= NOT_RIGID && matrix.determinant() > 0.0;
     if !is_rigid {
@@ -78,14 +90,20 @@ pub fn csys_frame(rows: &[f64; 12], line: u32) -> Result<Isometry3<f64>, ClFault
     Ok(Isometry3::from_parts(Translation3::from(Vector3::new(rows[3], rows[7], rows[11])), rotation))
 }
 
-/// Returns whether nothing says in which unit a file is: neither UNITS nor the caller.
-pub fn has_no_unit(file: &AptFile) -> bool {
-    file.given_unit.is_none() && !file.statements.iter().any(|s| matches!(s.meaning, AptMeaning::Unit(_)))
+/// Returns the note on the unit of a file without UNITS; `None` for one with it.
+pub fn unit_note(file: &AptFile) -> Option<String> {
+    if file.statements.iter().any(|s| matches!(s.meaning, AptMeaning::Unit(_))) {
+        return None;
+    }
+    Some(match file.given_unit {
+        Some(unit) => format!("UNITS is missing: lengths are taken as {unit}, as given beside the file"),
+        None => "UNITS is missing: lengths are taken as mm".to_owned(),
+    })
 }
 
 /// Refuses a file without a unit whose feeds are in inches: its lengths would be taken as mm.
 pub fn check_units(file: &AptFile) -> Result<(), ClFault> {
-    if !has_no_unit(file) {
+    if file.given_unit.is_some() || unit_note(file).is_none() {
         return Ok(());
     }
     let is_in_inches = |s: &&AptStatement| {

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use facemill_cl_data::ClPoint;
 use facemill_cl_file::{
     AptFile, AptMeaning, AptPoint, AptPointKind, AptStatement, ClSystems, ClUnit, CutterInForce, CutterWord,
-    FileCutter, arc_chords, check_units, check_word, csys_frame, has_no_unit, major_word,
+    FileCutter, arc_chords, check_units, check_word, csys_frame, csys_note, major_word, unit_note,
 };
 use facemill_tool_model::Cutter;
 use nalgebra::Isometry3;
@@ -173,6 +173,13 @@ impl<'a> CutReader<'a> {
             AptMeaning::Frame(Some(rows)) => {
                 self.has_lengths = true;
                 self.frame = csys_frame(rows, line)?;
+                if let Some(note) = csys_note(rows) {
+                    self.note(line, note);
+                }
+            }
+            AptMeaning::Home => {
+                self.close();
+                self.at = None;
             }
             AptMeaning::RadiusCompensation(true) => {
                 self.systems.check_offset(line)?;
@@ -289,9 +296,7 @@ impl<'a> CutReader<'a> {
                     .to_owned(),
             ));
         }
-        if has_no_unit(self.file) {
-            self.out.notes.push("UNITS is missing: lengths are taken as mm".to_owned());
-        }
+        self.out.notes.extend(unit_note(self.file));
         if !self.is_ended {
             self.out.notes.push("FINI is missing: the file may be cut off".to_owned());
         }

@@ -71,9 +71,8 @@ pub(crate) fn positions(
     let poses: Vec<ClPoint> = moves.iter().map(|m| m.cl.transformed(&scene.table_from_work)).collect();
     let kinds: Vec<SegmentKind> = moves.iter().skip(1).map(kind_of).collect();
     let start = start(scene.machine, poses.first(), tool_length, options.branch);
-    let settings = PathSettings::new(scene.machine);
     monitor.checkpoint()?;
-    let choice = choose_along(scene.machine, &poses, &kinds, Some(&start), tool_length, &settings);
+    let choice = chosen(scene.machine, (&poses, &kinds), &start, tool_length);
     let choice = choice.map_err(|error| path_fault(&error, moves))?;
     let mut follower = MoveFollower {
         max_positions: options.max_positions,
@@ -88,13 +87,32 @@ pub(crate) fn positions(
     Ok(follower.out)
 }
 
-/// Position from which the first one is chosen: home, or the solution of the branch that is wanted.
+/// Position at the first pose: the solution nearest to home, of the branch that is wanted; home
+/// where there is none.
 fn start(machine: &Machine, first: Option<&ClPoint>, tool_length: f64, branch: BranchPreference) -> AxisValues {
-    let home = machine.home();
-    match (branch, first) {
-        (BranchPreference::Nearest, _) | (_, None) => home,
-        (branch, Some(first)) => machine.nearest_inverse(first, tool_length, Some(&home), branch).unwrap_or(home),
+    let nearest = first.and_then(|first| machine.nearest_inverse(first, tool_length, None, branch).ok());
+    nearest.unwrap_or_else(|| machine.home())
+}
+
+/// Returns branch and winding of every pose, from this solution of the first one on; from another
+/// one if the axes then turn anew less often.
+fn chosen(
+    machine: &Machine,
+    (poses, kinds): (&[ClPoint], &[SegmentKind]),
+    start: &AxisValues,
+    tool_length: f64,
+) -> Result<PathChoice, PathError> {
+    let along = |begins_at_start: bool| {
+        let settings = PathSettings { begins_at_start, ..PathSettings::new(machine) };
+        choose_along(machine, poses, kinds, Some(start), tool_length, &settings)
+    };
+    let turns = |choice: &PathChoice| (choice.breaks.len(), choice.link_turns.len());
+    let from_start = along(true)?;
+    if turns(&from_start) == (0, 0) {
+        return Ok(from_start);
     }
+    let from_any = along(false)?;
+    Ok(if turns(&from_any) < turns(&from_start) { from_any } else { from_start })
 }
 
 fn kind_of(m: &PathMove) -> SegmentKind {

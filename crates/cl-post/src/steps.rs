@@ -3,7 +3,7 @@
 use facemill_cl_data::{ClPoint, Monitor};
 use facemill_cl_file::{
     AptCoolant, AptFile, AptMeaning, AptPoint, AptPointKind, AptStatement, ClSystems, ClUnit, CutterInForce,
-    FileCutter, arc_chords, check_units, check_word, csys_frame, free_text, has_no_unit, major_word,
+    FileCutter, arc_chords, check_units, check_word, csys_frame, csys_note, free_text, major_word, unit_note,
 };
 use facemill_nc_program::{Coolant, SpindleSpec};
 use nalgebra::Isometry3;
@@ -136,6 +136,10 @@ struct OpenPart {
     points: usize,
     arcs: usize,
     has_moved: bool,
+    /// Whether all points so far are of FROM.
+    is_at_start: bool,
+    /// Line of GOHOME behind its moves.
+    home: Option<u32>,
     cutters: Vec<(u32, FileCutter)>,
     registers: Vec<(u32, u32)>,
 }
@@ -199,12 +203,19 @@ impl<'a> StepReader<'a> {
                 }
                 self.part.steps.push(Step::Dwell(*seconds));
             }
+            AptMeaning::Home => {
+                self.part.home = self.part.has_moved.then_some(line);
+                self.note(line, "GOHOME: the tool goes home as the program does at the end of each tool");
+            }
             AptMeaning::Dwell(None) => self.note(line, "DELAY in revolutions, or without a time, is not written"),
             AptMeaning::Stop { optional: false } => self.stop(line),
             AptMeaning::Stop { optional: true } => self.note(line, "OPSTOP is not written"),
             AptMeaning::Frame(Some(rows)) => {
                 self.has_lengths = true;
                 self.frame = csys_frame(rows, line)?;
+                if let Some(note) = csys_note(rows) {
+                    self.note(line, note);
+                }
             }
             AptMeaning::RadiusCompensation(true) => {
                 self.systems.check_offset(line)?;
@@ -254,6 +265,11 @@ impl<'a> StepReader<'a> {
     fn tool(&mut self, number: u32, line: u32) -> Result<(), PostFault> {
         if self.part.tool == Some(number) {
             return Ok(());
+        }
+        if self.part.tool.is_none() && self.part.is_at_start {
+            self.part.leave_start();
+            self.at = None;
+            self.note(line, "FROM before the tool is called is left out: the program begins at home");
         }
         if self.part.has_moved {
             let comments = self.part.comments_at_end();
@@ -371,6 +387,12 @@ impl<'a> StepReader<'a> {
         self.part.points += 1;
         self.has_lengths = true;
         self.count_moves(1, point.line)?;
+        if let Some(line) = self.part.home {
+            let why = "GOHOME, and the tool moves again: the program goes home at the end of a tool alone; leave it out, \
+                       or write the way as points behind RAPID";
+            return Err(PostFault::at(line, why));
+        }
+        self.part.is_at_start = point.kind == AptPointKind::Start && (self.part.is_at_start || !self.part.has_moved);
         if !self.part.has_moved {
             self.part.coolant = Some(self.coolant);
             self.part.has_moved = true;
@@ -532,9 +554,7 @@ impl<'a> StepReader<'a> {
         if self.out.parts.is_empty() {
             return Err(PostFault::Whole("no statement moves the tool (GOTO, FROM, GODLTA)".to_owned()));
         }
-        if has_no_unit(self.file) {
-            self.out.notes.push(PostNote::whole("UNITS is missing: lengths are taken as mm"));
-        }
+        self.out.notes.extend(unit_note(self.file).map(PostNote::whole));
         if !self.is_ended {
             self.out.notes.push(PostNote::whole("FINI is missing: the file may be cut off"));
         }
@@ -592,6 +612,12 @@ impl OpenPart {
         if self.has_moved {
             self.steps.push(step);
         }
+    }
+
+    /// Leaves out the moves to where the tool begins.
+    fn leave_start(&mut self) {
+        self.steps.retain(|step| !matches!(step, Step::Move(_)));
+        (self.points, self.has_moved, self.is_at_start) = (0, false, false);
     }
 
     /// Takes the comments behind the last move: they are of the next tool.

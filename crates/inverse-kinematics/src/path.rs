@@ -17,7 +17,7 @@ use crate::axes::axis_values::AxisValues;
 use crate::machine::Machine;
 use crate::path::edges::Edges;
 use crate::path::result::Choosing;
-use crate::path::station::{Poses, Station, Stations};
+use crate::path::station::{Node, Poses, Station, Stations};
 
 /// Chooses branch and winding of every pose of a path: the sequence of positions with the fewest
 /// changes in cuts, among those the fewest on links, and among those the least weighted travel
@@ -96,6 +96,9 @@ fn check(
     Ok(())
 }
 
+/// Changes in cuts of a solution that the path may not begin with: more than any path has.
+const NEVER: u32 = u32::MAX / 2;
+
 /// Changes in cuts, changes on links, weighted time.
 type Cost = (u32, u32, f64);
 
@@ -109,8 +112,13 @@ fn shortest(
 ) -> Result<(Vec<u16>, f64), PathError> {
     let mut stations = Stations::new(of, reference);
     let Some(mut previous) = stations.next(None)? else { return Err(PathError::NoPoses) };
-    let mut costs: Vec<Cost> =
-        previous.nodes.iter().map(|n| (0, 0, start.map_or(0.0, |q| of.start_time(q, &n.values, settings)))).collect();
+    let is_start = |n: &Node| start.is_some_and(|q| of.machine.same_rotaries(&n.values, q));
+    let only_start = settings.begins_at_start && previous.nodes.iter().any(is_start);
+    let first_cost = |n: &Node| {
+        let breaks = if only_start && !is_start(n) { NEVER } else { 0 };
+        (breaks, 0, start.map_or(0.0, |q| of.start_time(q, &n.values, settings)))
+    };
+    let mut costs: Vec<Cost> = previous.nodes.iter().map(first_cost).collect();
     // Predecessors of the nodes of all stations except the first, and the index where each
     // station's begin.
     let (mut before, mut begins): (Vec<u16>, Vec<usize>) = (Vec::new(), Vec::new());

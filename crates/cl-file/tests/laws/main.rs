@@ -262,6 +262,18 @@ fn a_cutter_before_units_is_in_the_unit_of_the_file() {
     }
 }
 
+#[test]
+fn a_statement_of_a_megabyte_is_refused_with_its_line() {
+    let long = "1,".repeat(500_000);
+    let joined = format!("GOTO/1,2,3\nGOTO/{}", "1,$\n".repeat(60_000));
+    for text in [format!("GOTO/1,2,3\nGOTO/{long}"), format!("PARTNO/A\nPPRINT/{long}\nFINI"), joined] {
+        let why = read_apt(text).unwrap_err();
+        assert!(why.line == 2 && why.to_string().contains("more than 100,000 characters"), "{why}");
+    }
+    // As long as it may be.
+    assert!(read_apt(format!("PPRINT/{}\nGOTO/1,2,3", "1".repeat(99_000))).is_ok());
+}
+
 /// A unit beside the file is that of a file without UNITS, and is not overridden.
 #[test]
 fn a_unit_beside_the_file_is_as_units_at_its_beginning() {
@@ -274,9 +286,13 @@ fn a_unit_beside_the_file_is_as_units_at_its_beginning() {
         let points = |file: &AptFile| file.points.iter().map(|p| (p.cl, p.feed)).collect::<Vec<_>>();
         assert_eq!(points(&said), points(&given), "{word}");
         assert_eq!(points(&said), points(&read_apt_in(format!("UNITS/{word}\n{text}"), Some(unit)).unwrap()));
-        assert!(!has_no_unit(&said) && !has_no_unit(&given));
+        assert_eq!(unit_note(&said), None);
+        assert_eq!(
+            unit_note(&given),
+            Some(format!("UNITS is missing: lengths are taken as {unit}, as given beside the file"))
+        );
     }
-    assert!(has_no_unit(&read_apt(text).unwrap()));
+    assert_eq!(unit_note(&read_apt(text).unwrap()).as_deref(), Some("UNITS is missing: lengths are taken as mm"));
     let why = read_apt_in("GOTO/1,2,3\nUNITS/MM", Some(ClUnit::Inch)).unwrap_err().to_string();
     assert_eq!(why, "line 2, column 1: UNITS: it is not the unit that was given beside the file; leave that out");
 }

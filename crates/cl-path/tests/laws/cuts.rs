@@ -43,7 +43,7 @@ fn units_frames_and_arcs_are_those_of_the_file() {
     let inch = cuts_of("UNITS/INCHES\nRAPID\nGOTO/0,0,0\nFEDRAT/10,IPM\nGOTO/1,2,3\nFINI\n", None).unwrap();
     assert!((inch.cuts[0][1].cl.tip.coords - nalgebra::Vector3::new(25.4, 50.8, 76.2)).norm() < 1e-12);
     // x of the frame is y of the part.
-    let frame = "UNITS/MM\nCSYS/0,-1,0,10,1,0,0,20,0,0,1,30\nRAPID\nGOTO/0,0,0\nFEDRAT/10\nGOTO/5,0,0\nFINI\n";
+    let frame = "UNITS/MM\nCSYS/0,1,0,10,-1,0,0,20,0,0,1,30\nRAPID\nGOTO/0,0,0\nFEDRAT/10\nGOTO/5,0,0\nFINI\n";
     let cuts = cuts_of(frame, None).unwrap();
     assert!((cuts.cuts[0][1].cl.tip.coords - nalgebra::Vector3::new(10.0, 25.0, 30.0)).norm() < 1e-12);
     let arc = "UNITS/MM\nRAPID\nGOTO/10,0,0\nFEDRAT/10\nCIRCLE/0,0,0,0,0,1,10\nGOTO/0,10,0\nFINI\n";

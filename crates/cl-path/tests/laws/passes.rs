@@ -171,7 +171,9 @@ fn kept_postures_of_a_flat_bottom_lead_back_on_plates_that_lean() {
         // In a frame, or in that of the part.
         let (head, [from, to @ ..]) = if round % 2 == 0 {
             let m = motion.to_homogeneous();
-            let rows: Vec<String> = (0..12).map(|k| format!("{:.12}", m[(k / 4, k % 4)])).collect();
+            // A row for each axis of the frame; the origin has a coordinate in each.
+            let number = |k: usize| if k % 4 < 3 { m[(k % 4, k / 4)] } else { m[(k / 4, 3)] };
+            let rows: Vec<String> = (0..12).map(|k| format!("{:.12}", number(k))).collect();
             (format!("CSYS/{}", rows.join(",")), way.map(|p| (p, Vector3::z())))
         } else {
             (String::from("PPRINT/NONE"), way.map(|p| (motion * p, motion.rotation * Vector3::z())))

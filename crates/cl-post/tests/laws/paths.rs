@@ -144,6 +144,36 @@ fn axis_values_come_back_to_a_millionth() {
     }
 }
 
+/// The first point has the solution nearest to home, or the one on the side that is wanted, and the
+/// path goes on from there.
+#[test]
+fn the_branch_of_the_first_point_is_the_one_that_is_wanted() {
+    use facemill_inverse_kinematics::{Branch, BranchPreference};
+    for name in ["table-table-b-c", "head-b-table-c", "head-head-c-a"] {
+        let stage = Stage::fanuc(name, 4);
+        let mut sides = Vec::new();
+        for branch in [BranchPreference::Nearest, BranchPreference::Positive, BranchPreference::Negative] {
+            // Sides are those of the second rotary axis, which leans by 12 degrees.
+            let pose = |x: f64, is_rapid: bool| {
+                let axis = nalgebra::Unit::new_normalize(nalgebra::Vector3::new(-0.2, -0.04, 0.978));
+                FilePose { cl: ClPoint { tip: nalgebra::Point3::new(x, 0.0, 20.0), axis }, is_rapid }
+            };
+            let poses = [pose(0.0, true), pose(5.0, false), pose(10.0, false), pose(12.0, true)];
+            let options = PostOptions { branch, ..PostOptions::new("test") };
+            let posted = stage.post_with(&file_of(&poses, ("MM", 1.0)), &options).unwrap();
+            let reached = stage.reached(&posted.text);
+            let branches: Vec<Branch> = reached.iter().map(|r| stage.machine.branch_of(&r.axes)).collect();
+            assert!(branches.iter().all(|b| *b == branches[0]), "{name}: {branches:?}");
+            let cl = poses[0].cl.transformed(&stage.table_from_work);
+            let nearest = stage.machine.nearest_inverse(&cl, LENGTH, None, branch).unwrap();
+            let off = (0..nearest.len()).map(|k| (reached[0].axes[k] - nearest[k]).abs()).fold(0.0, f64::max);
+            assert!(off < 1e-3, "{name}: {branch:?}: off by {off}");
+            sides.push(branches[0]);
+        }
+        assert_eq!(sides[1..], [Branch::Positive, Branch::Negative], "{name}");
+    }
+}
+
 #[test]
 fn the_unit_of_a_file_does_not_matter() {
     let stage = Stage::fanuc("head-b-table-c", 3);

@@ -38,7 +38,7 @@ fn faults_name_the_line_and_what_to_do() {
         (format!("{HEAD}GOTO/0,0,50,0,0,-1\nRAPID\nGOTO/0,0,60,0,0,1\n"), "line 8: the machine does not reach it"),
         (format!("{HEAD}GOTO/1e7,0,5\n"), "line 8: a coordinate is beyond 1000000 mm"),
         (format!("{HEAD}TRACUT/M1\nGOTO/0,0,50\n"), "line 8: TRACUT is not followed"),
-        (format!("{HEAD}GOHOME\n"), "line 8: GOHOME is not followed"),
+        (format!("{HEAD}RAPID\nGOTO/0,0,9\nGOHOME\nGOTO/0,0,9\n"), "line 10: GOHOME, and the tool moves again"),
         (format!("{HEAD}CSYS/FIXTURE\n"), "line 8: CSYS is not followed"),
         (format!("{HEAD}CSYS/1,0,0,0,0,1,0,0,0,0,2,0\n"), "line 8: CSYS: its directions are not unit vectors"),
         (format!("{HEAD}CSYS/1,0,0,0,0,1,0,0,0,0,-1,0\n"), "line 8: CSYS: its directions are not unit vectors"),

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use facemill_cl_file::{AptMeaning, AptPointKind, read_apt};
+use facemill_cl_file::{AptMeaning, AptPointKind, csys_frame, read_apt};
 use facemill_cl_post::PostOptions;
 use facemill_nc_program::Dialect;
 use facemill_test_kit::SHARED_NC;
@@ -62,6 +62,29 @@ fn manufacture_is_posted_in_all_dialects_on_three_machines() {
     is_posted_everywhere("aamorim_manufacture3-top.apt");
 }
 
+/// The file drills five holes in the frame of its line 76, and the same five in that of line 98,
+/// which is turned by a right angle.
+#[test]
+fn holes_in_a_turned_frame_are_those_of_the_frame_without_a_turn() {
+    let path = Path::new(SHARED_NC).join("aamorim_manufacture3-top.apt");
+    let Ok(text) = std::fs::read_to_string(&path) else {
+        eprintln!("SKIPPED: {} is not there", path.display());
+        return;
+    };
+    let file = read_apt(&text).unwrap();
+    let holes = |line: u32| -> Vec<nalgebra::Point3<f64>> {
+        let frame = file.statements.iter().position(|s| s.line == line).unwrap();
+        let AptMeaning::Frame(Some(rows)) = &file.statements[frame].meaning else { panic!("line {line} is no CSYS") };
+        let to_part = csys_frame(rows, line).unwrap();
+        file.points.iter().filter(|p| p.frame == Some(frame as u32)).map(|p| to_part * p.cl.tip).collect()
+    };
+    let (plain, turned) = (holes(76), holes(98));
+    assert_eq!((plain.len(), turned.len()), (6, 6));
+    for (a, b) in plain.iter().zip(&turned) {
+        assert!((a - b).norm() < 2e-3, "{a} and {b}");
+    }
+}
+
 /// Numbers of the tools of a file, each once.
 pub(crate) fn tool_numbers(file: &facemill_cl_file::AptFile) -> Vec<u32> {
     let of_tool = |s: &facemill_cl_file::AptStatement| match s.meaning {
@@ -87,7 +110,13 @@ pub(crate) fn frame_of(file: &facemill_cl_file::AptFile, frame: Option<u32>) -> 
     let Some(AptMeaning::Frame(Some(rows))) = frame.map(|k| &file.statements[k as usize].meaning) else {
         return nalgebra::Matrix4::identity();
     };
-    let mut all = rows.to_vec();
-    all.extend([0.0, 0.0, 0.0, 1.0]);
-    nalgebra::Matrix4::from_row_slice(&all)
+    // A row for each axis; the origin has a coordinate in each.
+    let mut frame = nalgebra::Matrix4::identity();
+    for axis in 0..3 {
+        for k in 0..3 {
+            frame[(k, axis)] = rows[4 * axis + k];
+        }
+        frame[(axis, 3)] = rows[4 * axis + 3];
+    }
+    frame
 }

@@ -86,11 +86,29 @@ fn points_of_a_frame_are_brought_into_that_of_the_part() {
     let stage = Stage::fanuc("table-table-a-c", 4);
     // x of the frame is −z of the part, z of the frame is x of the part.
     let text =
-        format!("{HEAD}CSYS/0,0,1,40,0,1,0,0,-1,0,0,30\nRAPID\nGOTO/0,0,10\nGOTO/-5,0,2\nRAPID\nGOTO/0,0,60\nFINI");
+        format!("{HEAD}CSYS/0,0,-1,40,0,1,0,0,1,0,0,30\nRAPID\nGOTO/0,0,10\nGOTO/-5,0,2\nRAPID\nGOTO/0,0,60\nFINI");
     let reached = stage.reached(&stage.post(&text).text);
     let there = reached.iter().find(|r| !r.is_rapid).expect("a cut");
     assert!((there.cl.tip - nalgebra::Point3::new(42.0, 0.0, 35.0)).norm() < 1e-3, "{}", there.cl.tip);
     assert!(angle(&there.cl.axis, &Vector3::x_axis()) < 1e-5);
+}
+
+/// FROM often comes before the tool is called, and GOHOME at the end: the program is that without
+/// them.
+#[test]
+fn from_before_the_tool_and_gohome_at_its_end_are_what_the_program_does_anyway() {
+    let stage = Stage::fanuc("head-b-table-c", 3);
+    let cut = "SPINDL/3000,RPM,CLW\nRAPID\nGOTO/0,0,60,0.2,0,1\nFEDRAT/600,MMPM\nGOTO/5,0,50,0.2,0,1\nRAPID\nGOTO/0,0,60,0.2,0,1\n";
+    let text = |before: &str, behind: &str| format!("UNITS/MM\nMULTAX/ON\n{before}LOADTL/7\n{cut}{behind}FINI");
+    let plain = stage.post(&text("", ""));
+    let with = stage.post(&text("FROM/0,0,300\n", "GOHOME\n"));
+    // Lines of the file are no part of the program.
+    assert_eq!(with.text, plain.text);
+    assert!(with.report.is_clean(), "{:?}", with.report.faults);
+    let notes: Vec<&str> = with.report.notes.iter().map(|note| note.text.as_str()).collect();
+    for word in ["FROM before the tool is called", "GOHOME: the tool goes home"] {
+        assert!(notes.iter().any(|note| note.starts_with(word)), "{notes:?}");
+    }
 }
 
 /// The places of a cycle are passed above, and the program says that nothing is done there.

@@ -96,12 +96,15 @@ pub struct PathSettings {
     pub weights: AxisValues,
     /// Half angle of the cone about the singular direction within which poses are reported, rad.
     pub singular_cone: f64,
+    /// Whether the path begins with the solution at `start`, if that is one of the first pose.
+    pub begins_at_start: bool,
 }
 
 impl PathSettings {
-    /// Returns weights of 1, and a cone of 5°.
+    /// Returns weights of 1, a cone of 5°, and any solution at the begin.
     pub fn new(machine: &Machine) -> Self {
-        Self { weights: AxisValues::from_fn(machine.axes().len(), |_| 1.0), singular_cone: 5.0_f64.to_radians() }
+        let weights = AxisValues::from_fn(machine.axes().len(), |_| 1.0);
+        Self { weights, singular_cone: 5.0_f64.to_radians(), begins_at_start: false }
     }
 }
 
