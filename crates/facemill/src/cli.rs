@@ -156,6 +156,7 @@ enum Format {
     Lengths,
     Rapids,
     Summary,
+    JobReport,
     Propeller,
     Post,
 }
@@ -247,10 +248,8 @@ fn check(job_path: &Path, settings: &[JobSetting]) -> Result<ExitCode, Failure> 
         job.file.name,
         job.file.operations.len()
     ))?;
-    for index in 0..job.file.setups.len() {
-        for line in facemill::describe_setup(&job, index)? {
-            say(&format!("  {line}\n"))?;
-        }
+    for line in facemill::describe_job(&job)? {
+        say(&format!("  {line}\n"))?;
     }
     Ok(ExitCode::SUCCESS)
 }
@@ -274,6 +273,7 @@ fn schema(format: Format) -> String {
         Format::Holders => facemill::file_format::schema::<facemill::tool_model::HoldersFile>(),
         Format::Lengths => facemill::file_format::schema::<facemill::lengths::LengthsFile>(),
         Format::Summary => facemill::file_format::schema::<facemill::formats::SummaryFile>(),
+        Format::JobReport => facemill::file_format::schema::<facemill::formats::JobReport>(),
         Format::Propeller => facemill::file_format::schema::<facemill::propeller_file::PropellerJson>(),
         Format::Post => facemill::file_format::schema::<facemill::cl_post::PostReport>(),
         Format::Rapids => facemill::file_format::schema::<facemill::rapids::RapidsFile>(),

@@ -106,7 +106,7 @@ pub use facemill_job::stages::{SilentStages, Stages};
 pub use facemill_job::stock::map::StockRegion;
 pub use facemill_job::stock::rest::read_rest;
 pub use facemill_job::validate::limits::STOCK_TOLERANCES;
-pub use facemill_job_check::{describe_setup, new_job_for};
+pub use facemill_job_check::{describe_job, describe_setup, new_job_for};
 pub use facemill_nc_rewrite::feed_rewrite::rewrite_feeds;
 pub use facemill_nc_rewrite::{lengths, rapids};
 pub use facemill_planner::{
@@ -163,6 +163,9 @@ pub mod machines {
 /// Files that jobs, plans and verifications leave.
 pub mod formats {
     pub use facemill_job::format::incomplete::incomplete_because;
+    pub use facemill_job::format::job_report::{
+        ClampingReport, JOB_REPORT_FORMAT, JobReport, PlacementReport, PoseReport, ToolProgramReport,
+    };
     pub use facemill_job::format::made_from::{InputFile, MadeFrom};
     pub use facemill_job::format::moved_job::moved_job;
     pub use facemill_job::format::program_stamp::{ProgramStamp, checksum};

@@ -158,6 +158,7 @@ fn file(name: &str, source: &str, table: (Vec<AxisLine>, f64), head: (Vec<AxisLi
             control_tolerance: ControlToleranceFile { path_mm: 0.01, orientation_deg: 0.005 },
         },
         feed: FeedFile { min_mm_min: 1.0, max_mm_min: 24_000.0, rapid_mm_min: None },
+        tool_change_s: None,
     }
 }
 

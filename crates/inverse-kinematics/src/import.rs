@@ -109,6 +109,7 @@ pub fn import_autodesk_machine(text: &str) -> Result<MachineFile, ImportError> {
             },
         },
         feed,
+        tool_change_s: None,
     })
 }
 

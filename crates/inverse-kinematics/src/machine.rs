@@ -141,6 +141,12 @@ impl Machine {
         FeedRange { min: feed.min_mm_min, max: feed.max_mm_min, rapid: feed.rapid_mm_min }
     }
 
+    /// Returns the time of a tool change, s; `None` if the file does not say it.
+    #[must_use]
+    pub fn tool_change_time(&self) -> Option<f64> {
+        self.file.tool_change_s
+    }
+
     /// Returns the bodies of the machine.
     pub fn bodies(&self) -> &[MachineBody] {
         &self.bodies

@@ -54,6 +54,11 @@ pub struct MachineFile {
     pub motion: MotionFile,
     /// Feeds that the control accepts.
     pub feed: FeedFile,
+    /// Time of a tool change, from cut to cut, without the way home: times of whole jobs count it.
+    /// Default: changes are not counted.
+    #[schemars(range(min = 0, max = 3_600))]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tool_change_s: Option<f64>,
 }
 
 /// Name and version of the machine file format.

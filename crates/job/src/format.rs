@@ -2,6 +2,7 @@
 
 pub mod incomplete;
 pub mod job_file;
+pub mod job_report;
 pub mod job_settings;
 pub mod made_from;
 pub mod moved_job;

@@ -15,7 +15,7 @@ use facemill_virtual_machine::{Assumption, HeldAsCut, merge_findings, rapid_line
 
 use crate::passes::operation::PlannedOperation;
 use crate::plan_settings::PlanSettings;
-use crate::plan_stock::StockToCut;
+use crate::plan_stock::{CutByPlan, StockToCut};
 use crate::planned::{Planned, name_parts, planned_files, posed_passes};
 use crate::program::rounds::{HeadsProgram, VerifiedProgram, shorten_links};
 use crate::program::run_program::{CERTIFY_STAGES, VERIFY_STAGES};
@@ -25,6 +25,7 @@ use crate::report::chip_files::ChipFiles;
 use crate::report::cusps_kept::settle_cusps;
 use crate::report::efficiencies::efficiencies;
 use crate::report::left_above::{left_above, something_to_cut};
+use crate::report::operation_times::operation_times;
 use crate::report::pass_files::pass_files;
 use crate::report::reported_heads::ReportedHeads;
 use crate::report::reporting::report;
@@ -63,7 +64,7 @@ impl PlanRun<'_> {
         };
         clock.lap("shorten links");
         let mut program = HeadsProgram { heads, moves, settings, before: &before, links, stages };
-        let VerifiedProgram { mut texts, verifications, certificates, cut: (of_stock, rest), seen, added_poses } =
+        let VerifiedProgram { mut texts, verifications, certificates, cut, seen, added_poses } =
             program.verified(&mut clock)?;
         let HeadsProgram { mut moves, links, .. } = program;
         H::complete(&mut moves);
@@ -89,10 +90,12 @@ impl PlanRun<'_> {
         heads.add_pairs(&mut report, &moves, &texts, links.as_ref().ok());
         report.made_from = made_from;
         report.totals.mended_blocks = added_poses;
+        let CutByPlan { report: of_stock, removals, rest } = cut;
         report.stock = of_stock;
         report.stock.planned_on = setup.planning_stock.to_string();
         report.links = links_report;
         let program = heads.program(&moves, &texts, HeldAsCut::NOTHING);
+        report.operations = operation_times(&program.sections[0], timed, &removals);
         report.assumptions = program.assumptions()?;
         report.assumptions.extend(control_assumption(job, timed));
         report.assumptions.extend(seen.map(|text| Assumption { line: None, text }));

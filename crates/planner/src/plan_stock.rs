@@ -9,7 +9,7 @@ use facemill_job::load::job::{Job, Setup};
 use facemill_job::stock::map::{StockMeshes, StockRegion, rectangle, rectangle_with};
 use facemill_job::stock::walls::has_walls;
 use facemill_job::validate::setup_chain::{follows, work_from_work};
-use facemill_verification::stock_run::{CutDone, CutRequest, stock_before};
+use facemill_verification::stock_run::{BlockRemoval, CutDone, CutRequest, stock_before};
 use facemill_virtual_machine::{Finding, FindingKind, Verification};
 use facemill_z_map::DexelMap;
 
@@ -23,8 +23,22 @@ pub(crate) struct StockToCut<'a> {
     pub before: Option<(usize, &'a DexelMap)>,
 }
 
-/// Report on the cut stock, and its rest.
-pub(crate) type CutByPlan = (PlannedStockReport, Option<DexelMap>);
+/// Stock as the program of a plan cuts it.
+pub(crate) struct CutByPlan {
+    /// Report.
+    pub report: PlannedStockReport,
+    /// Removal of every cutting block; empty if the stock was not cut.
+    pub removals: Vec<BlockRemoval>,
+    /// Rest of the stock, if it was cut.
+    pub rest: Option<DexelMap>,
+}
+
+impl CutByPlan {
+    /// Returns the result for stock that was not cut.
+    pub(crate) const fn not_cut(report: PlannedStockReport) -> Self {
+        Self { report, removals: Vec::new(), rest: None }
+    }
+}
 
 /// Stock before a setup's program and its origin, or the reason why there is none to cut.
 pub(crate) type StockBefore = Result<(DexelMap, BeganAs), String>;
@@ -143,7 +157,7 @@ pub(crate) fn cut_by_plan<const N: usize>(
 ) -> Result<CutByPlan, Failure> {
     let (stock, began_as) = match before {
         Ok((stock, began_as)) => (stock.clone(), began_as.clone()),
-        Err(why) => return Ok((PlannedStockReport::not_cut(why.clone()), None)),
+        Err(why) => return Ok(CutByPlan::not_cut(PlannedStockReport::not_cut(why.clone()))),
     };
     let cell = stock.grid().cell();
     let across_walls = began_as.is_own();
@@ -163,7 +177,7 @@ pub(crate) fn cut_by_plan<const N: usize>(
         cut: Some(done.report),
         began_as_own: began_as.is_own(),
     };
-    Ok((report, Some(done.rest)))
+    Ok(CutByPlan { report, removals: done.removals, rest: Some(done.rest) })
 }
 
 /// Default number of lines along the longer side of the cut region; and the largest number, for the

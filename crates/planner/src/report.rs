@@ -7,6 +7,7 @@ pub(crate) mod cusps_kept;
 pub(crate) mod efficiencies;
 pub(crate) mod left_above;
 pub(crate) mod lost_time;
+pub(crate) mod operation_times;
 pub(crate) mod pass_files;
 pub(crate) mod reported_heads;
 pub(crate) mod reporting;

@@ -9,7 +9,7 @@ const SCRIPT: &str = include_str!("../page/dist/report.js");
 /// Script of the setup sheet alone.
 const SHEET_SCRIPT: &str = include_str!("../page/dist/sheet.js");
 /// Style of both.
-const STYLE: &str = include_str!("../page/src/style.css");
+pub(crate) const STYLE: &str = include_str!("../page/src/style.css");
 /// SHA-256 of both scripts as base64, which the content security policy names.
 const SCRIPT_SHA256: &str = include_str!("../page/dist/report.js.sha256");
 /// The same of the sheet's script.
@@ -54,6 +54,6 @@ fn html(document: &PageDocument, arrays: &[String], (what, script, sha256): (&st
 }
 
 /// Returns text for HTML.
-fn escaped(text: &str) -> String {
+pub(crate) fn escaped(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }

@@ -2,7 +2,8 @@
 //!
 //! [`page_data`](document::page_data) reads a program back, follows its axes, cuts the stock on
 //! coarse lines and packs all of it with the report; [`report_html`](html::report_html) writes the
-//! page, [`sheet_html`](html::sheet_html) the setup sheet alone, and
+//! page, [`sheet_html`](html::sheet_html) the setup sheet alone,
+//! [`job_html`](job_page::job_html) the page of a job with several programs, and
 //! [`animation_glb`](animation::animation_glb) the motion for other viewers.
 //!
 //! The page takes positions from the text as verification does, not from a plan, and shows the
@@ -26,6 +27,7 @@
 //! | `verdict` | verdict on a program by its report or verification |
 //! | [`mod@document`] | the data of a page from job, program and report |
 //! | [`mod@html`] | files of a page |
+//! | [`mod@job_page`] | page of a job with several programs |
 //! | [`mod@animation`] | machine, part and tool in motion as binary glTF, for other viewers |
 //!
 //! It must not know how a program was planned.
@@ -36,6 +38,7 @@ mod contact;
 pub mod document;
 pub mod format;
 pub mod html;
+pub mod job_page;
 mod line_figures;
 mod meshes;
 pub mod motion;

@@ -96,12 +96,27 @@ pub struct HeadView<'a> {
     pub at: &'a VirtualSetup<'a>,
 }
 
+/// Removal of a cutting block by all heads.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BlockRemoval {
+    /// Line of the program, from 1.
+    pub line: u32,
+    /// Volume, mm³.
+    pub removed_mm3: f64,
+    /// Whether it is in air: around it, twice the distance of the stock's lines either way along
+    /// the tip's path, no line loses material, and lines cover all stock that it may reach.
+    /// Material between the lines is not seen, so no more than this is in air.
+    pub is_in_air: bool,
+}
+
 /// Stock after a program, with the runs of its heads.
 pub struct CutDone<const N: usize> {
     /// Report.
     pub report: StockReport,
     /// Run of each head.
     pub runs: [StockRun; N],
+    /// Removal of every cutting block.
+    pub removals: Vec<BlockRemoval>,
     /// Lines of the blocks on which each head may reach stock that has no lines in the map.
     pub not_covered: [Vec<u32>; N],
     /// The stock before the program, on lines of each direction, those along z first; none if no
@@ -165,9 +180,15 @@ pub fn cut_stock<const N: usize>(
     drop(monitor);
     let lines_along = if across.is_empty() { vec!["z"] } else { vec!["x", "y", "z"] };
     let walls_not_seen = across.is_empty() && has_walls;
-    let report =
-        StockReport { lines_along, walls_not_seen, ..stock_report(&rest, volume, cut.tolerance, &runs, &not_covered) };
-    Ok(CutDone { report, runs, not_covered, before, rest, across })
+    let beyond: BTreeSet<u32> = not_covered.iter().flatten().copied().collect();
+    let removals = removals(&blocks_of_heads(&runs), &beyond, AIR_CELLS * cut.cell);
+    let report = StockReport {
+        lines_along,
+        walls_not_seen,
+        blocks_in_air: removals.iter().filter(|b| b.is_in_air).count(),
+        ..stock_report(&rest, volume, cut.tolerance, &runs, &beyond)
+    };
+    Ok(CutDone { report, runs, removals, not_covered, before, rest, across })
 }
 
 /// Returns the joint removal of all heads on each block with a cutting move. The runs are of one
@@ -185,16 +206,43 @@ pub fn blocks_of_heads(runs: &[StockRun]) -> Vec<BlockCut> {
     all
 }
 
+/// Way without removal before and behind a block in air, in distances of the lines: a cutter in
+/// material passes a line more often.
+const AIR_CELLS: f64 = 2.0;
+
+/// Returns the removal of every block; `around` is the way along the tip's path that stays without
+/// removal before and behind a block in air, mm.
+fn removals(blocks: &[BlockCut], beyond: &BTreeSet<u32>, around: f64) -> Vec<BlockRemoval> {
+    let is_cut = |b: &BlockCut| b.removed_mm3 > 0.0 || beyond.contains(&b.line);
+    // Way from each block to the next one that cuts, on one side.
+    let ways = |blocks: &mut dyn Iterator<Item = &BlockCut>| -> Vec<f64> {
+        let step = |way: &mut f64, b: &BlockCut| {
+            let here = if is_cut(b) { 0.0 } else { *way };
+            *way = here + if is_cut(b) { 0.0 } else { b.way_mm };
+            Some(here)
+        };
+        blocks.scan(f64::INFINITY, step).collect()
+    };
+    let before = ways(&mut blocks.iter());
+    let mut behind = ways(&mut blocks.iter().rev());
+    behind.reverse();
+    let of = |(b, ways): (&BlockCut, (f64, f64))| BlockRemoval {
+        line: b.line,
+        removed_mm3: b.removed_mm3,
+        is_in_air: ways.0 > around && ways.1 > around,
+    };
+    blocks.iter().zip(before.into_iter().zip(behind)).map(of).collect()
+}
+
 /// Returns the report on the heads' runs, with the stock's volume before them, mm³.
 fn stock_report(
     rest: &DexelMap,
     before: f64,
     tolerance: f64,
     runs: &[StockRun],
-    not_covered: &[Vec<u32>],
+    not_covered: &BTreeSet<u32>,
 ) -> StockReport {
     let by_heads: Vec<f64> = runs.iter().map(|run| run.removed_mm3).collect();
-    let not_covered: BTreeSet<u32> = not_covered.iter().flatten().copied().collect();
     let grid = rest.grid();
     let far = [0, 1].map(|k| grid.origin()[k] + grid.n_lines()[k] as f64 * grid.cell());
     StockReport {
@@ -205,9 +253,13 @@ fn stock_report(
         before_mm3: before,
         removed_mm3: by_heads.iter().sum(),
         removed_by_heads_mm3: if by_heads.len() > 1 { by_heads } else { Vec::new() },
-        blocks_in_air: blocks_of_heads(runs).iter().filter(|b| b.removed_mm3 == 0.0).count(),
+        blocks_in_air: 0,
         region_mm: [grid.origin(), far],
         blocks_not_covered: not_covered.len(),
         first_line_not_covered: not_covered.first().copied(),
     }
 }
+
+#[cfg(test)]
+#[path = "../tests/unit/stock_run.rs"]
+mod tests;

@@ -84,6 +84,8 @@ pub struct Motions {
     pub moves: MoveRuns,
     /// Meaning of each motion.
     pub meant: Vec<Meant>,
+    /// Time of each at its feed, or at the axes' largest velocities, without acceleration, s.
+    pub constant_times: Vec<f64>,
     /// Time of all rapids at the axes' largest velocities, s.
     pub rapid_time: f64,
     /// The first motion of unknown path or feed.
@@ -133,7 +135,9 @@ pub fn motions(
         match follower.block(&block) {
             Ok(AxisMotion::Rapid { positions, law }) => {
                 for [from, to] in legs(&positions) {
-                    all.rapid_time += rapid_time(view.0, law, from, to, view.1);
+                    let time = rapid_time(view.0, law, from, to, view.1);
+                    all.rapid_time += time;
+                    all.constant_times.push(time);
                     all.moves.rapid(view, law, [from, to]);
                     all.meant.push(Meant { line: block.line, kind: MoveKind::Rapid, limit: None });
                 }
@@ -146,6 +150,7 @@ pub fn motions(
                     all.not_followed.get_or_insert_with(|| unknown(block.line, " cuts without a feed"));
                 }
                 all.moves.cut(&cut, cut.time.unwrap_or(0.0));
+                all.constant_times.push(cut.time.unwrap_or(0.0));
                 let meant = Meant { line: block.line, kind: MoveKind::Approach, limit: None };
                 all.meant.push(planned.get(&block.line).copied().unwrap_or(meant));
             }

@@ -20,7 +20,7 @@ fn tables_of_the_formats_page_are_those_of_the_schemas() {
 fn every_file_that_users_write_and_every_report_of_a_plan_or_verification_has_its_table() {
     let page = std::fs::read_to_string(workspace().join("docs/formats.md")).unwrap();
     let input = ["job", "tool", "holders", "machine", "path", "dialect", "batch", "propeller"];
-    let output = ["report", "summary", "certificates", "verification", "solution-space"];
+    let output = ["report", "summary", "job-report", "certificates", "verification", "solution-space"];
     for schema in input.into_iter().chain(output) {
         assert!(page.contains(&format!("\n<!-- table {schema} -->\n")), "{schema}");
     }

@@ -6,7 +6,7 @@ use facemill_tests::program::{code_and_errors, run};
 use facemill_tests::shared::workspace;
 use serde_json::{Value, json};
 
-const FORMATS: [&str; 20] = [
+const FORMATS: [&str; 21] = [
     "job",
     "tool",
     "machine",
@@ -20,6 +20,7 @@ const FORMATS: [&str; 20] = [
     "lengths",
     "rapids",
     "summary",
+    "job-report",
     "paths",
     "strategies",
     "batch",
@@ -35,7 +36,8 @@ fn schema(format: &str) -> Value {
     serde_json::from_slice(&output.stdout).expect("a schema is JSON")
 }
 
-fn check(format: &str, what: &str, file: &Value) {
+/// Asserts that a file obeys the schema of a format.
+pub(crate) fn check(format: &str, what: &str, file: &Value) {
     let validator = jsonschema::validator_for(&schema(format)).expect("a schema that is one");
     let faults: Vec<String> = validator.iter_errors(file).map(|e| format!("{}: {e}", e.instance_path())).collect();
     assert!(faults.is_empty(), "{what} against the schema of {format}: {}", faults.join("; "));

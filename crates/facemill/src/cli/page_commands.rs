@@ -6,7 +6,7 @@ use std::process::ExitCode;
 
 use clap::{ArgGroup, Args};
 use facemill::called_program::CalledProgram;
-use facemill::formats::ProgramStamp;
+use facemill::formats::{JOB_REPORT_FORMAT, JobReport, ProgramStamp};
 use facemill::job::validate::setup_names::file_stem;
 use facemill::job_file::STOCK_TOLERANCE;
 use facemill::planner::{ReadSetup, posture_maps};
@@ -15,6 +15,7 @@ use facemill::report_page::animation::animation_glb;
 use facemill::report_page::document::{PageData, PageSource, page_data};
 use facemill::report_page::format::{VerdictState, WrittenLines};
 use facemill::report_page::html::{report_html, sheet_html};
+use facemill::report_page::job_page::job_html;
 use facemill::report_page::stamp_line;
 use facemill::solution_space_file::PostureMapsFile;
 use facemill::virtual_machine::Assumption;
@@ -167,7 +168,9 @@ pub(crate) fn report(arguments: &ReportArguments) -> Result<ExitCode, Failure> {
             "has several setups: use `facemill view --animation` for the program of one",
         ));
     }
-    let names: Vec<String> = reports.iter().flat_map(|(suffix, _)| page_names(suffix)).collect();
+    let of_job = job_page(folder)?;
+    let mut names: Vec<String> = reports.iter().flat_map(|(suffix, _)| page_names(suffix)).collect();
+    names.extend(of_job.as_ref().map(|_| JOB_PAGE.to_owned()));
     files::check_pages(folder, &names)?;
     let names = names.iter().map(|name| folder.join(name));
     let written: Vec<PathBuf> = names.chain(arguments.animation.clone()).collect();
@@ -232,6 +235,7 @@ pub(crate) fn report(arguments: &ReportArguments) -> Result<ExitCode, Failure> {
         outputs.extend(pages(&suffix, &data).map(|(name, bytes)| (folder.join(name), bytes)));
         outputs.extend(arguments.animation.as_ref().map(|file| (file.clone(), animation_glb(&data, &job.machine))));
     }
+    outputs.extend(of_job);
     let outputs: Vec<(&Path, Vec<u8>)> = outputs.iter().map(|(path, bytes)| (path.as_path(), bytes.clone())).collect();
     files::write_each(&outputs)?;
     let names: Vec<String> = outputs.iter().map(|(path, _)| path.display().to_string()).collect();
@@ -249,11 +253,42 @@ fn programs_of(folder: &Path, reports: &[(String, Value)]) -> Result<BTreeMap<St
     reports.iter().filter_map(of).collect()
 }
 
-/// Returns the names of the pages of a job's setups.
+/// File of the report on a job with several programs.
+pub(crate) const JOB_REPORT: &str = "job-report.json";
+
+/// Page of that report.
+pub(crate) const JOB_PAGE: &str = "job-report.html";
+
+/// Returns the names of the pages of a job's setups, and of the job if it has several.
 pub(crate) fn page_names_of(job: &Job) -> Vec<String> {
     let setups = &job.file.setups;
     let suffix = |name: &str| if setups.len() > 1 { format!("-{}", file_stem(name)) } else { String::new() };
-    setups.iter().flat_map(|setup| page_names(&suffix(&setup.name))).collect()
+    let of_job = (setups.len() > 1).then(|| JOB_PAGE.to_owned());
+    setups.iter().flat_map(|setup| page_names(&suffix(&setup.name))).chain(of_job).collect()
+}
+
+/// Returns the page of the report on the job in a folder, if it has one.
+fn job_page(folder: &Path) -> Result<Option<(PathBuf, Vec<u8>)>, Failure> {
+    let path = folder.join(JOB_REPORT);
+    if !path.is_file() {
+        return Ok(None);
+    }
+    let wrong = |what: String| Failure::input(&path, what);
+    let report: JobReport =
+        serde_json::from_slice(&files::read(&path)?).map_err(|e| wrong(format!("is no report on a job: {e}")))?;
+    if report.format != JOB_REPORT_FORMAT {
+        let found = &report.format;
+        return Err(wrong(format!(
+            "format is \"{found}\", and this version reads \"{JOB_REPORT_FORMAT}\": plan again"
+        )));
+    }
+    for program in report.clampings.iter().flat_map(|clamping| &clamping.programs) {
+        let (Some(name), Some(blake3)) = (program.programs.first(), &program.blake3) else { continue };
+        if ProgramStamp::new(Path::new(name), &files::read(&folder.join(name))?).blake3 != *blake3 {
+            return Err(wrong(format!("describes another program than {name}: plan again")));
+        }
+    }
+    Ok(Some((folder.join(JOB_PAGE), job_html(&report))))
 }
 
 /// Files that are made of a plan for a person.

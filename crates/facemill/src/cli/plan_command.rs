@@ -4,18 +4,21 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Args;
-use facemill::formats::{JoinedProgramSummary, JoinedSectionSummary, SUMMARY_FORMAT, SetupSummary, SummaryFile};
+use facemill::formats::{
+    JobReport, JoinedProgramSummary, JoinedSectionSummary, SUMMARY_FORMAT, SetupSummary, SummaryFile,
+};
 use facemill::planner::plan_job_with_setups;
 use facemill::report::Report;
 use facemill::report::outcome::Outcome;
+use facemill::report_page::job_page::job_html;
 use facemill::setup_programs::{
-    ControlTables, JoinedProgram, JoinedSection, calling_programs, control_tables, joined_programs,
+    ControlTables, JoinedProgram, JoinedSection, calling_programs, control_tables, job_report, joined_programs,
 };
 use facemill::{Failure, Job, JobSetting, PlanSettings, Planned, files, summary};
 
 use crate::cli::arguments::option_lengths::above_zero;
 use crate::cli::output::{default_out, say};
-use crate::cli::page_commands::{KeptForPages, PagesOfPlan, page_names_of, pages_of_plan};
+use crate::cli::page_commands::{JOB_PAGE, JOB_REPORT, KeptForPages, PagesOfPlan, page_names_of, pages_of_plan};
 use crate::cli::progress::Progress;
 
 /// Text on exit codes behind the options.
@@ -130,9 +133,14 @@ fn plan(arguments: &PlanArguments, job: &Job, out: &Path) -> Result<ExitCode, Fa
         all_planned.push((planned, kept));
     }
     let joined_programs = joined_programs(job, &all_planned)?;
+    let of_job = job_report(job, &all_planned, &joined_programs);
     texts.extend(add_beside(job, &all_planned, (&joined_programs, tables), &mut all_files)?);
     let joined = joined_summaries(joined_programs, &all_planned, &mut all_files);
     texts.extend(joined.iter().map(|joined| joined.lines().join("\n")));
+    if let Some(report) = &of_job {
+        texts.push(report.summary_line());
+        all_files.push((JOB_REPORT.to_owned(), facemill::file_format::to_json(report).into_bytes()));
+    }
     let timings = serde_json::json!({ "format": "facemill-timings/1", "setups": timings });
     all_files.push(("timings.json".to_owned(), facemill::file_format::to_json(&timings).into_bytes()));
     if !crate::cli::progress::start_writing() {
@@ -141,7 +149,7 @@ fn plan(arguments: &PlanArguments, job: &Job, out: &Path) -> Result<ExitCode, Fa
     files::write_plan(out, &all_files)?;
     // Program and report are safe before pages are made: these can be made again.
     let names: Vec<String> =
-        all_files.into_iter().map(|(name, _)| name).chain(pages(arguments, job, out, all_planned)).collect();
+        all_files.into_iter().map(|(name, _)| name).chain(pages(arguments, job, out, (all_planned, of_job))).collect();
     let output = match (arguments.json, arguments.quiet) {
         (true, _) => json(outcome, out, names, (setups, joined)),
         (false, true) => String::new(),
@@ -155,7 +163,12 @@ fn plan(arguments: &PlanArguments, job: &Job, out: &Path) -> Result<ExitCode, Fa
 type KeptPlan<'j> = (Planned, Option<KeptForPages<'j>>);
 
 /// Writes the pages and the animation of a plan; returns their names.
-fn pages(arguments: &PlanArguments, job: &Job, out: &Path, mut planned: Vec<KeptPlan<'_>>) -> Vec<String> {
+fn pages(
+    arguments: &PlanArguments,
+    job: &Job,
+    out: &Path,
+    (mut planned, of_job): (Vec<KeptPlan<'_>>, Option<JobReport>),
+) -> Vec<String> {
     let mut job = job.clone();
     for (planned, _) in &planned {
         let setup = job.file.setups.iter().position(|setup| setup.name == planned.report.setup);
@@ -173,6 +186,9 @@ fn pages(arguments: &PlanArguments, job: &Job, out: &Path, mut planned: Vec<Kept
         placed.extend(files.into_iter().map(|(name, bytes)| (name.clone(), out.join(name), bytes)));
         let animation = arguments.animation.as_ref().zip(animation);
         placed.extend(animation.map(|(file, bytes)| (file.display().to_string(), file.clone(), bytes)));
+    }
+    if let Some(report) = of_job.filter(|_| !arguments.no_html) {
+        placed.push((JOB_PAGE.to_owned(), out.join(JOB_PAGE), job_html(&report)));
     }
     // Someone may have put a page of another program there meanwhile.
     let names = if arguments.no_html { Vec::new() } else { page_names_of(job) };

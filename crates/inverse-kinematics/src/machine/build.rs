@@ -5,7 +5,9 @@ use crate::axes::axis::{Axis, AxisKind, AxisLetter, Carrier};
 use crate::axes::axis_values::AxisValues;
 use crate::machine::Machine;
 use crate::machine::bodies::{LinkId, MachineBody, pose_of, solid_of};
-use crate::machine::check::{check_assumed, check_bodies, check_feed, check_motion, check_name, check_row, joint_axis};
+use crate::machine::check::{
+    check_assumed, check_bodies, check_feed, check_motion, check_name, check_row, check_tool_change, joint_axis,
+};
 use crate::machine::heads::OtherChain;
 use crate::machine::line_rows::{ChainFields, RowFile};
 use crate::machine_file::error::{FieldProblem, MachineError};
@@ -63,6 +65,7 @@ impl Walked {
         check_assumed(file)?;
         check_motion(&file.motion)?;
         check_feed(&file.feed)?;
+        check_tool_change(file.tool_change_s)?;
         check_bodies("bed_bodies", &file.bed_bodies)?;
         let n_heads = file.tool_chains.len();
         if !(1..=2).contains(&n_heads) {

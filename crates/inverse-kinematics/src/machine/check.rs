@@ -222,6 +222,10 @@ pub(crate) fn check_motion(motion: &MotionFile) -> Checked {
     limited("motion.control_tolerance.orientation_deg".to_owned(), None, tolerance.orientation_deg)
 }
 
+pub(crate) fn check_tool_change(seconds: Option<f64>) -> Checked {
+    seconds.map_or(Ok(()), |seconds| limited("tool_change_s".to_owned(), None, seconds))
+}
+
 pub(crate) fn check_feed(feed: &FeedFile) -> Checked {
     limited("feed.min_mm_min".to_owned(), None, feed.min_mm_min)?;
     limited("feed.max_mm_min".to_owned(), None, feed.max_mm_min)?;

@@ -11,7 +11,7 @@ use crate::machine_file::error::FieldProblem;
 /// spindles. Accelerations: from a start that takes minutes to a hundred times g. Jerks: from an
 /// acceleration that builds up over minutes to one that no drive follows. Control tolerances:
 /// beyond 10 mm and 5 degrees nothing is cut to shape.
-pub const MACHINE_LIMITS: [KeyLimit; 18] = [
+pub const MACHINE_LIMITS: [KeyLimit; 19] = [
     KeyLimit::new("max_velocity_mm_min", 1.0, 1e6),
     KeyLimit::new("max_acceleration_mm_s2", 0.1, 1e6),
     KeyLimit::new("max_jerk_mm_s3", 0.1, 1e9),
@@ -29,6 +29,7 @@ pub const MACHINE_LIMITS: [KeyLimit; 18] = [
     KeyLimit::new("min_mm_min", 1e-3, 1e6),
     KeyLimit::new("max_mm_min", 1e-3, 1e6),
     KeyLimit::new("rapid_mm_min", 1.0, 1e6),
+    KeyLimit::new("tool_change_s", 0.0, 3600.0),
     KeyLimit::new("max_wind_up_turns", 1.0, 1000.0),
 ];
 

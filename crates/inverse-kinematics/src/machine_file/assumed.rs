@@ -9,7 +9,8 @@ use crate::machine_file::{Joint, MachineFile};
 pub struct AssumedFile {
     /// Kind of the values.
     pub value: AssumedValue,
-    /// Addresses of the axes that they belong to; not with `bodies`, `motion` and `feed`. Default:
+    /// Addresses of the axes that they belong to; not with `bodies`, `motion`, `feed`
+    /// and `tool_change`. Default:
     /// all axes, or the machine as a whole.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub axes: Vec<String>,
@@ -40,12 +41,14 @@ pub enum AssumedValue {
     Motion,
     /// Feeds the control can be given.
     Feed,
+    /// Time of a tool change.
+    ToolChange,
 }
 
 impl AssumedValue {
     /// Whether each axis has such a value of its own.
     pub fn is_of_axes(self) -> bool {
-        !matches!(self, Self::Bodies | Self::Motion | Self::Feed)
+        !matches!(self, Self::Bodies | Self::Motion | Self::Feed | Self::ToolChange)
     }
 
     /// In words.
@@ -61,6 +64,7 @@ impl AssumedValue {
             Self::Bodies => "bodies",
             Self::Motion => "motion",
             Self::Feed => "feed",
+            Self::ToolChange => "tool change",
         }
     }
 }

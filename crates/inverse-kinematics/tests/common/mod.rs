@@ -81,6 +81,7 @@ pub fn file(workpiece: Vec<DhRow>, tool: Vec<DhRow>) -> MachineFile {
             control_tolerance: ControlToleranceFile::default(),
         },
         feed: FeedFile { min_mm_min: 1.0, max_mm_min: 24000.0, rapid_mm_min: None },
+        tool_change_s: None,
     }
 }
 

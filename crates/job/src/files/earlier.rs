@@ -124,9 +124,15 @@ impl Kin {
             is_known && TABLES.iter().any(|table| is_of(table))
         };
         match ending {
-            "json" => is_of("report") || is_of("certificates") || is_of("postures") || is_passes() || stem == "timings",
+            "json" => {
+                is_of("report")
+                    || is_of("certificates")
+                    || is_of("postures")
+                    || is_passes()
+                    || ["timings", "job-report"].contains(&stem)
+            }
             "csv" => is_of("chips"),
-            "html" => is_of("report") || is_of("setup-sheet"),
+            "html" => is_of("report") || is_of("setup-sheet") || stem == "job-report",
             "svg" => is_of("chips") || is_of("solution-space") || is_passes(),
             _ => is_program() || is_table(),
         }

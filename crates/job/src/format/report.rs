@@ -10,6 +10,7 @@ pub mod left_above;
 pub mod links;
 pub mod lost_time;
 mod mesh_summary;
+pub mod operations;
 pub mod outcome;
 pub mod pairs;
 pub mod remaining;
@@ -41,6 +42,7 @@ use crate::format::report::stock::PlannedStockReport;
 pub use crate::format::report::chips::{ChipsReport, FeedsSetByReport, SpreadReport};
 pub use crate::format::report::cusps::{CuspReasonReport, CuspsKeptReport, WidthRoundReport};
 pub use crate::format::report::lost_time::{LostTimeCause, LostTimeReport};
+pub use crate::format::report::operations::OperationReport;
 pub use crate::format::report::rotary_reversals::{RewindReport, RewindsReport, SingularBlocks};
 
 /// Value of the key `format` in a report.
@@ -94,6 +96,8 @@ pub struct Report {
     /// Time that it takes, by its text, as `verify` reports it, too
     /// (docs/formats.md#verification-of-a-program).
     pub times: ProgramTimes,
+    /// Each operation's part of that time, in their order in the program, and its removal.
+    pub operations: Vec<OperationReport>,
     /// Times of the program within velocity, acceleration and jerk of every axis; `null` if the
     /// machine file lacks a limit.
     pub time_law: Option<TimeLawReport>,

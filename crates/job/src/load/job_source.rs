@@ -129,6 +129,7 @@ fn json_format(kind: &str) -> Option<(&'static str, &'static str)> {
         "rapids" => ("a report on links", RESULT),
         "timings" => ("a file of timings", RESULT),
         "summary" => ("a summary of a plan", RESULT),
+        "job-report" => ("the report on a planned job", RESULT),
         "batch" => ("a batch of jobs", "`facemill batch run` takes it"),
         _ => return Some(("a file of another format", NAMED)),
     })

@@ -83,10 +83,10 @@ pub(crate) fn cut_by_heads<const N: usize>(
     let cut = cut_by_plan(before, tolerance, (to_runs, as_cut.tool), |request| {
         cut_stock(program, in_stock, request, stages)
     })?;
-    let Some(report) = &cut.0.cut else { return Ok((cut, None)) };
+    let Some(report) = &cut.report.cut else { return Ok((cut, None)) };
     let (cell, tolerance) = (report.cell_mm, report.tolerance_mm);
     let views = std::array::from_fn(|h| (&views[h], &heads[h].settings));
-    let seen = match (as_cut.tool, cut.0.began_as_own()) {
+    let seen = match (as_cut.tool, cut.report.began_as_own()) {
         (true, true) => {
             let request = lines_of(report, StockRegion::Whole);
             let then = runs.each_ref().map(|run| &*run.findings);

@@ -162,7 +162,9 @@ impl<'a, H: Heads<'a, N>, const N: usize> HeadsProgram<'_, 'a, H, N> {
         texts: &H::Texts,
         runs: Option<&mut [Verification; N]>,
     ) -> Result<(CutByPlan, Option<String>), Failure> {
-        let Some(runs) = runs else { return Ok(((PlannedStockReport::not_requested(false), None), None)) };
+        let Some(runs) = runs else {
+            return Ok((CutByPlan::not_cut(PlannedStockReport::not_requested(false)), None));
+        };
         let program = self.program(texts);
         cut_by_heads(&program.read()?, program.cutting_heads(), self.before, runs.each_mut(), self.stages)
     }

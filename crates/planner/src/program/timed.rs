@@ -46,6 +46,8 @@ pub(crate) struct Timed {
     pub chips_by_law: bool,
     /// Time of cutting blocks by the law, s, by their lines in the text; empty if there is no law.
     pub cut_times: BTreeMap<u32, f64>,
+    /// Time of every motion of the text, in its order; by the law if there is one.
+    pub line_times: Vec<LineTime>,
     /// Missing limits of the law.
     pub no_time_law: Vec<String>,
 }
@@ -68,6 +70,17 @@ impl Timed {
             }
         }
     }
+}
+
+/// Time of a motion of the text.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct LineTime {
+    /// Line, from 1.
+    pub line: u32,
+    /// Kind of the move.
+    pub kind: MoveKind,
+    /// Time, s.
+    pub time: f64,
 }
 
 /// Motion block with its time at constant speeds.

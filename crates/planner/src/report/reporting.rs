@@ -116,6 +116,7 @@ pub(crate) fn report(
         certified: certificates.map(CertifiedReport::new),
         totals,
         times,
+        operations: Vec::new(),
         time_law: timed.time_law.clone(),
         no_time_law: timed.no_time_law.clone(),
         worst,

@@ -8,8 +8,8 @@ use facemill_job::format::report::pairs::PairReport;
 use facemill_job::format::report::remaining::RemainingReport;
 use facemill_job::format::report::stock::{OWN_STOCK, PlannedStockReport, StockReport};
 use facemill_job::format::report::{
-    CertifiedReport, ChipsReport, CuspsKeptReport, HeldBackReport, LostTimeReport, PosturesReport, Report,
-    SpreadReport, VectorTimeReport, WidthRoundReport,
+    CertifiedReport, ChipsReport, CuspsKeptReport, HeldBackReport, LostTimeReport, OperationReport, PosturesReport,
+    Report, SpreadReport, VectorTimeReport, WidthRoundReport,
 };
 use facemill_tool_path::moves::order::PassOrderReport;
 use facemill_virtual_machine::{Assumption, WindUp};
@@ -37,6 +37,7 @@ pub fn summary(report: &Report) -> String {
     ];
     lines.extend(short_stretches(t.dropped_pieces));
     lines.extend(times(report));
+    lines.extend(report.operations.iter().map(OperationReport::summary_line));
     lines.extend(report.pairs.iter().map(pair));
     lines.extend(report.orders.iter().map(order));
     if report.verified {

@@ -13,6 +13,7 @@ use facemill_tests::shared::workspace;
 use facemill_tests::variants::{blink_patch, plan};
 use serde_json::{Value, json};
 
+use crate::schemas::check;
 use crate::strategies::left_above::{LIMIT, OVERLAP, half_cut, large, limit_to};
 
 /// Returns the job in which a large mill leaves out a band, and a small one cuts it: both in one
@@ -131,9 +132,17 @@ fn operations_of_two_tools_in_one_job_are_those_of_two_jobs() {
     let line = 1 + changed.lines().position(|line| line.contains("T1 M6")).expect("a tool change");
     assert!(wrong.code == 1 && wrong.prints(&[&line.to_string(), "T1"]), "{}{}", wrong.printed, wrong.errors);
 
-    // Its pages are written again from its folder.
-    let again = facemill_in(&together, &format!("report {} --job job.json", together.path("out").display()));
+    // Its pages are written again from its folder, also the one on the job.
+    let report_again = || facemill_in(&together, &format!("report {} --job job.json", together.path("out").display()));
+    let again = report_again();
     assert_eq!(again.code, 0, "{}{}", again.printed, again.errors);
+    let page = read(&together, "out/job-report.html");
+    assert!(page.contains("program-top-2-small.nc") && again.prints(&["job-report.html"]), "{page}");
+    // Not beside another program than the report on the job has.
+    let other = read(&together, "out/job-report.json").replace("\"blake3\": \"", "\"blake3\": \"0");
+    together.write("out/job-report.json", other.as_bytes());
+    let refused = report_again();
+    assert!(refused.is_refused_for(&["job-report.json", "describes another program"]), "{}", refused.errors);
 }
 
 /// Returns a job with two tools on a few passes, for a control.
@@ -255,6 +264,7 @@ fn the_first_tool_comes_again_and_each_clamping_has_its_program() {
     file["setups"].as_array_mut().expect("setups").push(second);
     file["operations"] = operations;
     job.write("job.json", file.to_string().as_bytes());
+    job.set("machine.json", &[("/tool_change_s", json!(12.5))]);
     let out = job.path("out");
     let planned = facemill_in(&job, &format!("plan job.json --no-html --out {}", out.display()));
     assert_eq!(planned.code, 0, "{}{}", planned.printed, planned.errors);
@@ -270,6 +280,7 @@ fn the_first_tool_comes_again_and_each_clamping_has_its_program() {
         let output = run(&words);
         assert_eq!(code_and_errors(&output).0, 0, "{}", String::from_utf8_lossy(&output.stdout));
     }
+    assert_job_report(&job, &planned);
     // A batch has a task for each tool of each setup.
     let batch = json!({ "format": "facemill-batch/1", "jobs": { "list": ["job.json"] } });
     job.write("batch.json", batch.to_string().as_bytes());
@@ -283,6 +294,45 @@ fn the_first_tool_comes_again_and_each_clamping_has_its_program() {
     let planned = facemill_in(&job, &format!("plan job.json --no-html --out {}", out.display()));
     assert!(planned.code == 0 && planned.prints(&["not written", "LBL 99"]), "{}{}", planned.printed, planned.errors);
     assert!(!out.join("program-top.h").exists() && !out.join("program-again.h").exists());
+}
+
+/// Asserts that the report on a planned job says of its five programs what their reports say.
+fn assert_job_report(job: &JobFolder, planned: &CommandOutput) {
+    let of_job: Value = serde_json::from_str(&read(job, "out/job-report.json")).expect("JSON");
+    check("job-report", "a report on a job", &of_job);
+    let list = |value: &Value| value.as_array().expect("a list").clone();
+    let number = |value: &Value| value.as_f64().expect("a number");
+    let sum = |all: &[Value], key: &str| all.iter().map(|of| number(&of[key])).sum::<f64>();
+    let is = |a: f64, b: f64| assert!((a - b).abs() <= 1e-6 * b.abs(), "{a} in place of {b}: {of_job}");
+    let clampings = list(&of_job["clampings"]);
+    for (clamping, changes) in clampings.iter().zip([2.0, 1.0]) {
+        let programs = list(&clamping["programs"]);
+        is(number(&clamping["time_s"]), sum(&programs, "time_s") + changes * 12.5);
+        for program in &programs {
+            let own = read(job, &format!("out/{}", program["report"].as_str().expect("a name")));
+            let own: Value = serde_json::from_str(&own).expect("JSON");
+            is(number(&program["time_s"]), number(&own["times"]["cutting_s"]) + number(&own["times"]["rapid_s"]));
+            is(number(&program["removed_mm3"]), number(&own["stock"]["cut"]["removed_mm3"]));
+            assert_eq!(
+                (&program["programs"][0], &program["blake3"]),
+                (&own["programs"][0]["file"], &own["programs"][0]["blake3"])
+            );
+            assert_eq!(program["operations"], own["operations"]);
+        }
+        // Each change is at the line of the program with all tools.
+        let joined = read(job, &format!("out/{}", clamping["joined_program"].as_str().expect("a name")));
+        for program in &programs {
+            let line = program["line_in_joined"].as_u64().expect("a line") as usize;
+            let call = format!("TOOL CALL {}", program["tool_number"]);
+            assert!(joined.lines().nth(line - 1).is_some_and(|l| l.contains(&call)), "{program}");
+        }
+    }
+    is(number(&of_job["total_time_s"]), sum(&clampings, "time_s"));
+    assert_eq!((&of_job["tool_changes"], &of_job["tool_change_s"]), (&json!(3), &json!(12.5)));
+    let placed = |k: usize| &clampings[k]["placement"];
+    assert_eq!((&placed(0)["moved_by"], &placed(1)["compared_with"]), (&Value::Null, &json!("top")));
+    assert_eq!(clampings[1]["stock"].as_str().map(|s| s.starts_with("what \"top 3 mill\" leaves")), Some(true));
+    assert!(planned.prints(&["5 programs in 2 clamping(s)", "3 tool changes of 12.5 s"]), "{}", planned.printed);
 }
 
 #[test]

@@ -74,7 +74,8 @@ pub struct StockReport {
     /// the first. Absent with one head.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub removed_by_heads_mm3: Vec<f64>,
-    /// Cutting blocks in which no head removed material.
+    /// Cutting blocks in air: around which, twice `cell_mm` either way along the tip's path, no
+    /// line loses material. Material between the lines is not seen, so no more blocks are in air.
     pub blocks_in_air: usize,
     /// Low and high corner of the rectangle that has lines, x and y of the lines' frame, mm.
     pub region_mm: [[f64; 2]; 2],

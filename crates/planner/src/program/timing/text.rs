@@ -8,7 +8,7 @@ use facemill_verification::text_times::{Meant, TimedText, motions};
 use facemill_virtual_machine::motion::axis_motion::MotionContext;
 use facemill_virtual_machine::program_time::tolerance::MachineView;
 
-use crate::program::timed::{Timed, TimedMove};
+use crate::program::timed::{LineTime, Timed, TimedMove};
 use crate::program::timing::Tally;
 
 /// Replaces the time of rapids and the times by the law by those of the text as read back: the same
@@ -27,9 +27,14 @@ pub(crate) fn time_text(
     let internal = |e: String| Failure::Internal(format!("times: {e}"));
     let motions = motions(at, written, &planned).map_err(internal)?;
     timed.rapid_time = motions.rapid_time;
-    let Some(report) = timed.time_law.take() else { return Ok(()) };
+    let at = |(meant, time): (&Meant, f64)| LineTime { line: meant.line, kind: meant.kind, time };
+    let Some(report) = timed.time_law.take() else {
+        timed.line_times = motions.meant.iter().zip(motions.constant_times.iter().copied()).map(at).collect();
+        return Ok(());
+    };
     let laws = motions.laws(views, machine, written.control).map_err(internal)?;
     let meant = motions.meant;
+    timed.line_times = meant.iter().zip(laws.iter().flat_map(|law| &law.times).copied()).map(at).collect();
     let mut tally = Tally { report, ..Tally::default() };
     let each = laws.iter().flat_map(|law| (0..law.times.len()).map(move |k| (law, k)));
     for ((law, k), meant) in each.zip(&meant) {

@@ -1,0 +1,234 @@
+//! Page of a job with several programs: clampings, tools, operations and their times.
+
+use facemill_job::duration_text::clock;
+use facemill_job::format::job_report::{ClampingReport, JobReport, PlacementReport, PoseReport, ToolProgramReport};
+use facemill_job::format::report::outcome::Outcome;
+
+use crate::format::PAGE_FORMAT;
+use crate::html::{STYLE, escaped};
+
+/// Colours of tools, by the order in which they come.
+const COLOURS: [&str; 8] = ["#0072b2", "#e69f00", "#009e73", "#cc79a7", "#56b4e9", "#d55e00", "#999999", "#f0e442"];
+
+/// Returns the page of a job as a file that opens from disk, without scripts or any access to a
+/// network, and prints on A4.
+#[must_use]
+pub fn job_html(report: &JobReport) -> Vec<u8> {
+    let tools = tools(report);
+    let (state, stamp, note) = stamp(report);
+    let job = escaped(&report.job);
+    let rejected = if state == "bad" { "REJECTED - " } else { "" };
+    let mut out = format!(
+        "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<meta http-equiv=\"Content-Security-Policy\" \
+         content=\"default-src 'none'; style-src 'unsafe-inline'; base-uri 'none'; form-action 'none'\">\n<meta name=\"generator\" \
+         content=\"{PAGE_FORMAT}\">\n<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
+         <title>{rejected}{job} - job</title>\n<style>{STYLE}</style>\n</head>\n<body class=\"sheet-page\">\n<div id=\"app\"><main class=\"sheet\">\n"
+    );
+    out += &format!(
+        "<header><div><h1>Job</h1><p class=\"sheet-job\">{job}</p><p>{}</p></div><p class=\"stamp {state}\">{stamp}<small>{note}</small></p></header>\n",
+        escaped(&report.machine)
+    );
+    out += "<h2>Time</h2>\n";
+    out += &format!("<p>{}</p>\n", escaped(&time_text(report)));
+    out += &time_picture(report, &tools);
+    for (k, clamping) in report.clampings.iter().enumerate() {
+        out += &clamping_section(k + 1, clamping, &tools);
+    }
+    out += "</main></div>\n</body>\n</html>\n";
+    out.into_bytes()
+}
+
+/// Returns numbers and names of all tools, by their first use.
+fn tools(report: &JobReport) -> Vec<(u32, &str)> {
+    let mut tools: Vec<(u32, &str)> = Vec::new();
+    for program in report.clampings.iter().flat_map(|c| &c.programs) {
+        let tool = (program.tool_number, program.tool.as_str());
+        if !tools.contains(&tool) {
+            tools.push(tool);
+        }
+    }
+    tools
+}
+
+fn colour(tools: &[(u32, &str)], program: &ToolProgramReport) -> &'static str {
+    let is_own = |tool: &(u32, &str)| *tool == (program.tool_number, program.tool.as_str());
+    COLOURS[tools.iter().position(is_own).unwrap_or(0) % COLOURS.len()]
+}
+
+/// Returns class, words and note of the stamp.
+fn stamp(report: &JobReport) -> (&'static str, &'static str, String) {
+    let programs = || report.clampings.iter().flat_map(|c| &c.programs);
+    let count = |is: &dyn Fn(&ToolProgramReport) -> bool| programs().filter(|p| is(p)).count();
+    let n = programs().count();
+    let without: usize = report.clampings.iter().map(|c| c.without_program.len()).sum();
+    match report.outcome {
+        Outcome::Faulty => {
+            let faulty = count(&|p| p.faults > 0);
+            ("bad", "REJECTED: DO NOT RUN", format!("{faulty} of {n} programs have faults"))
+        }
+        _ if count(&|p| !p.verified) > 0 => {
+            ("warn", "NOT VERIFIED", format!("{} of {n} programs were not run", count(&|p| !p.verified)))
+        }
+        Outcome::Incomplete => {
+            let less = count(&|p| !p.incomplete_because.is_empty());
+            ("warn", "NO FAULT, JOB NOT MET", format!("{less} of {n} programs leave more than the job permits"))
+        }
+        _ if without > 0 => ("warn", "NO FAULT", format!("{without} setups have nothing to cut")),
+        _ => ("ok", "VERIFIED", format!("{n} programs without a fault")),
+    }
+}
+
+fn time_text(report: &JobReport) -> String {
+    let changes = match report.tool_change_s {
+        Some(time) => format!("with {} tool changes of {time} s", report.tool_changes),
+        None => format!("without {} tool changes, whose time the machine file does not say", report.tool_changes),
+    };
+    let n = report.clampings.len();
+    format!("{} on the machine in {n} clamping(s), {changes}; setting up is not counted.", clock(report.total_time_s))
+}
+
+/// Width of the picture, and height of the bar of a clamping.
+const PICTURE: [f64; 2] = [680.0, 20.0];
+
+/// Returns a bar for each clamping, with a part for each operation in the colour of its tool.
+fn time_picture(report: &JobReport, tools: &[(u32, &str)]) -> String {
+    let longest = report.clampings.iter().map(|c| c.time_s).fold(0.0, f64::max).max(1.0);
+    let [width, height] = PICTURE;
+    let rows = report.clampings.len() as f64;
+    let mut out = format!(
+        "<svg viewBox=\"0 0 {width} {}\" width=\"100%\" role=\"img\" aria-label=\"time of each operation\">\n",
+        rows * (height + 16.0)
+    );
+    for (k, clamping) in report.clampings.iter().enumerate() {
+        let top = k as f64 * (height + 16.0);
+        let mut at = 0.0;
+        out += &format!(
+            "<text x=\"0\" y=\"{:.1}\" font-size=\"10\">{}, {}</text>\n",
+            top + 10.0,
+            escaped(&clamping.name),
+            clock(clamping.time_s)
+        );
+        for program in &clamping.programs {
+            for operation in &program.operations {
+                let long = operation.time_s() / longest * width;
+                out += &format!(
+                    "<rect x=\"{at:.2}\" y=\"{:.1}\" width=\"{long:.2}\" height=\"{height}\" fill=\"{}\" stroke=\"#fff\" stroke-width=\"0.6\">\
+                     <title>T{} {}: {}</title></rect>\n",
+                    top + 14.0,
+                    colour(tools, program),
+                    program.tool_number,
+                    escaped(&operation.operation),
+                    clock(operation.time_s())
+                );
+                at += long;
+            }
+        }
+    }
+    out += "</svg>\n";
+    out
+}
+
+fn clamping_section(number: usize, clamping: &ClampingReport, tools: &[(u32, &str)]) -> String {
+    let mut out = format!("<h2>Clamping {number}: {}, {}</h2>\n", escaped(&clamping.name), clock(clamping.time_s));
+    out += "<table class=\"pairs\"><tbody>\n";
+    let row = |what: &str, text: &str| format!("<tr><th>{what}</th><td>{}</td></tr>\n", escaped(text));
+    out += &row("work offset", &clamping.placement.work_offset);
+    out += &row("part in the workpiece frame", &pose_text(&clamping.placement.work_from_part));
+    out += &row("workpiece frame on the table", &pose_text(&clamping.placement.table_from_work));
+    out += &moved_text(&clamping.placement).map_or_else(String::new, |text| row("refers to", &text));
+    out += &row("stock", &clamping.stock);
+    let fixtures = if clamping.fixtures.is_empty() { "none stated".to_owned() } else { clamping.fixtures.join(", ") };
+    out += &row("fixtures", &fixtures);
+    out += &match (&clamping.joined_program, &clamping.not_joined_because) {
+        (Some(file), _) => row("program of all tools", file),
+        (None, Some(why)) => row("program of all tools", &format!("not written: {why}")),
+        (None, None) => String::new(),
+    };
+    let without = clamping.without_program.join(", ");
+    out += &if without.is_empty() { String::new() } else { row("nothing to cut", &without) };
+    out += "</tbody></table>\n<table><thead><tr><th>tool, program, operation</th><th class=\"number\">line</th>\
+            <th class=\"number\">time</th><th class=\"number\">in passes</th><th class=\"number\">in air</th>\
+            <th class=\"number\">cm<sup>3</sup></th><th>result</th></tr></thead><tbody>\n";
+    for program in &clamping.programs {
+        out += &program_rows(program, colour(tools, program));
+    }
+    out += "</tbody></table>\n";
+    out
+}
+
+fn program_rows(program: &ToolProgramReport, colour: &str) -> String {
+    let page = program.report.replace(".json", ".html");
+    let line = program.line_in_joined.map_or_else(String::new, |line| line.to_string());
+    let bad = if program.faults > 0 { " bad" } else { "" };
+    let mut out = format!(
+        "<tr class=\"sum{bad}\"><td><span style=\"color:{colour}\">&#9632;</span> T{} {}, {:.1} mm long<br><a href=\"{}\">{}</a></td>\
+         <td class=\"number\">{line}</td><td class=\"number\">{}</td><td></td><td></td><td class=\"number\">{}</td><td>{}</td></tr>\n",
+        program.tool_number,
+        escaped(&program.tool),
+        program.gauge_length_mm,
+        escaped(&page),
+        escaped(&program.programs.join(", ")),
+        clock(program.time_s),
+        cm3(program.removed_mm3),
+        escaped(&result_text(program))
+    );
+    for operation in &program.operations {
+        let air = operation.air_share.map_or_else(String::new, |share| format!("{:.1} %", 100.0 * share));
+        out += &format!(
+            "<tr><td>{}</td><td class=\"number\">{}</td><td class=\"number\">{}</td><td class=\"number\">{}</td>\
+             <td class=\"number\">{air}</td><td class=\"number\">{}</td><td></td></tr>\n",
+            escaped(&operation.operation),
+            operation.first_line,
+            clock(operation.time_s()),
+            clock(operation.passes_time_s),
+            cm3(operation.removed_mm3)
+        );
+    }
+    out
+}
+
+fn cm3(volume: Option<f64>) -> String {
+    volume.map_or_else(String::new, |mm3| format!("{:.1}", mm3 / 1000.0))
+}
+
+fn result_text(program: &ToolProgramReport) -> String {
+    let mut parts = vec![match (program.verified, program.faults) {
+        (false, _) => "not verified".to_owned(),
+        (true, 0) => "no fault".to_owned(),
+        (true, n) => format!("{n} fault(s)"),
+    }];
+    if program.other_findings > 0 {
+        parts.push(format!("{} other finding(s)", program.other_findings));
+    }
+    parts.extend(
+        program.certified_blocks.map(|[blocks, certified]| format!("{certified} of {blocks} blocks certified")),
+    );
+    parts.extend(program.incomplete_because.iter().cloned());
+    parts.join("; ")
+}
+
+fn moved_text(placement: &PlacementReport) -> Option<String> {
+    let moved = placement.moved_by.as_ref()?;
+    let first = placement.compared_with.as_ref()?;
+    let is_same = moved.rotation_deg == 0.0 && moved.translation_mm == [0.0; 3];
+    Some(if is_same {
+        format!("on the table as in \"{first}\"")
+    } else {
+        format!("on the table, from its position in \"{first}\": {}", pose_text(moved))
+    })
+}
+
+fn pose_text(pose: &PoseReport) -> String {
+    let numbers = |values: [f64; 3]| values.map(|v| format!("{v:.3}")).join(", ");
+    let turn = (pose.rotation_deg != 0.0)
+        .then(|| format!("turned {:.4} deg about ({})", pose.rotation_deg, numbers(pose.rotation_axis)));
+    let shift = (pose.translation_mm != [0.0; 3]).then(|| format!("moved by ({}) mm", numbers(pose.translation_mm)));
+    match (turn, shift) {
+        (None, None) => "the same frame".to_owned(),
+        (turn, shift) => turn.into_iter().chain(shift).collect::<Vec<_>>().join(", then "),
+    }
+}
+
+#[cfg(test)]
+#[path = "../tests/unit/job_page.rs"]
+mod tests;

@@ -1,0 +1,154 @@
+use facemill_job::format::job_report::JOB_REPORT_FORMAT;
+use facemill_job::format::report::operations::OperationReport;
+
+use super::*;
+
+fn operation(name: &str, passes: f64) -> OperationReport {
+    OperationReport {
+        operation: name.to_owned(),
+        first_line: 12,
+        passes_time_s: passes,
+        approach_time_s: 5.0,
+        rapid_time_s: 5.0,
+        air_share: Some(0.125),
+        removed_mm3: Some(2500.0),
+    }
+}
+
+fn program(number: u32, operations: Vec<OperationReport>) -> ToolProgramReport {
+    ToolProgramReport {
+        setup: format!("up {number}"),
+        programs: vec![format!("program-{number}.nc")],
+        blake3: None,
+        line_in_joined: Some(40 * number),
+        report: format!("report-{number}.json"),
+        tool_number: number,
+        tool: "mill <8 & \"12\">".to_owned(),
+        gauge_length_mm: 120.0,
+        planned_on: String::new(),
+        time_s: operations.iter().map(OperationReport::time_s).sum(),
+        removed_mm3: Some(2500.0),
+        verified: true,
+        faults: 0,
+        other_findings: 0,
+        certified_blocks: Some([90, 88]),
+        planned_fraction: 1.0,
+        incomplete_because: Vec::new(),
+        operations,
+    }
+}
+
+fn pose(rotation_deg: f64, z: f64) -> PoseReport {
+    PoseReport { translation_mm: [0.0, 0.0, z], rotation_axis: [1.0, 0.0, 0.0], rotation_deg }
+}
+
+fn report() -> JobReport {
+    let placement = |moved_by: Option<PoseReport>| PlacementReport {
+        work_offset: "G54".to_owned(),
+        work_from_part: pose(0.0, 0.0),
+        table_from_work: pose(0.0, 500.0),
+        compared_with: moved_by.is_some().then(|| "suction".to_owned()),
+        moved_by,
+    };
+    let clamping = |name: &str, placement, programs: Vec<ToolProgramReport>| ClampingReport {
+        name: name.to_owned(),
+        time_s: programs.iter().map(|p| p.time_s).sum(),
+        placement,
+        stock: "a <box>".to_owned(),
+        fixtures: Vec::new(),
+        joined_program: Some("program.nc".to_owned()),
+        not_joined_because: None,
+        programs,
+        without_program: Vec::new(),
+    };
+    let clampings = vec![
+        clamping(
+            "suction",
+            placement(None),
+            vec![program(1, vec![operation("rough", 590.0)]), program(2, vec![operation("finish", 290.0)])],
+        ),
+        clamping(
+            "pressure",
+            placement(Some(pose(180.0, 1000.0))),
+            vec![program(1, vec![operation("other side", 890.0)])],
+        ),
+    ];
+    JobReport {
+        format: JOB_REPORT_FORMAT.to_owned(),
+        job: "a job".to_owned(),
+        machine: "a machine".to_owned(),
+        outcome: Outcome::Done,
+        total_time_s: 1830.0,
+        tool_changes: 1,
+        tool_change_s: Some(30.0),
+        clampings,
+    }
+}
+
+fn page(report: &JobReport) -> String {
+    String::from_utf8(job_html(report)).unwrap()
+}
+
+#[test]
+fn the_page_has_the_mark_of_pages_and_no_text_of_the_job_as_markup() {
+    let page = page(&report());
+    assert!(page.contains("facemill-page/"));
+    assert!(page.contains("mill &lt;8 &amp; &quot;12&quot;&gt;") && page.contains("a &lt;box&gt;"), "{page}");
+    assert!(!page.contains("<box>") && !page.contains("<8 &") && !page.contains("<script"), "{page}");
+}
+
+#[test]
+fn bars_are_as_long_as_the_operations_take() {
+    let page = page(&report());
+    let widths: Vec<f64> = page
+        .split("<rect ")
+        .skip(1)
+        .map(|rect| rect.split("width=\"").nth(1).unwrap().split('"').next().unwrap().parse().unwrap())
+        .collect();
+    // The longest clamping fills the picture: 600 and 300 of 900 s, and 900 of 900 s.
+    assert_eq!(widths.len(), 3);
+    for (width, share) in widths.into_iter().zip([6.0 / 9.0, 3.0 / 9.0, 1.0]) {
+        assert!((width - share * PICTURE[0]).abs() < 0.01, "{width}");
+    }
+}
+
+#[test]
+fn the_page_says_times_positions_and_results() {
+    let mut report = report();
+    let text = page(&report);
+    for part in [
+        "0:30:30 on the machine in 2 clamping(s), with 1 tool changes of 30 s",
+        "on the table, from its position in &quot;suction&quot;: turned 180.0000 deg about (1.000, 0.000, 0.000), then moved by (0.000, 0.000, 1000.000) mm",
+        "88 of 90 blocks certified",
+        "12.5 %",
+        "<a href=\"report-2.html\">program-2.nc</a>",
+        "VERIFIED",
+    ] {
+        assert!(text.contains(part), "{part}: {text}");
+    }
+    report.tool_change_s = None;
+    assert!(page(&report).contains("without 1 tool changes, whose time the machine file does not say"));
+}
+
+#[test]
+fn the_stamp_is_that_of_the_worst_program() {
+    let stamped = |change: &dyn Fn(&mut JobReport)| {
+        let mut report = report();
+        change(&mut report);
+        page(&report)
+    };
+    let faulty = stamped(&|r| {
+        r.outcome = Outcome::Faulty;
+        r.clampings[1].programs[0].faults = 2;
+    });
+    assert!(
+        faulty.contains("REJECTED: DO NOT RUN<small>1 of 3 programs") && faulty.contains("<title>REJECTED"),
+        "{faulty}"
+    );
+    assert!(stamped(&|r| r.clampings[0].programs[0].verified = false).contains("NOT VERIFIED<small>1 of 3"));
+    let less = stamped(&|r| {
+        r.outcome = Outcome::Incomplete;
+        r.clampings[0].programs[1].incomplete_because.push("cusp too high".to_owned());
+    });
+    assert!(less.contains("NO FAULT, JOB NOT MET<small>1 of 3") && less.contains("cusp too high"), "{less}");
+}

@@ -1,0 +1,153 @@
+//! Report on all programs of a job: clampings, tools and operations in their order.
+
+use facemill_job::format::incomplete::incomplete_because;
+use facemill_job::format::job_file::{PoseFile, RoleFile, SetupFile};
+use facemill_job::format::job_report::{
+    ClampingReport, JOB_REPORT_FORMAT, JobReport, PlacementReport, PoseReport, ToolProgramReport,
+};
+use facemill_job::format::report::operations::OperationReport;
+use facemill_job::format::report::outcome::Outcome;
+use facemill_job::frames::pose;
+use facemill_job::load::job::Job;
+use facemill_job::validate::setup_chain::follows;
+use facemill_planner::Planned;
+use nalgebra::Isometry3;
+
+use crate::tool_changes::JoinedProgram;
+
+/// Returns the report on a planned job with several programs; `None` for one with a single program.
+pub fn job_report<T>(job: &Job, planned: &[(Planned, T)], joined: &[JoinedProgram]) -> Option<JobReport> {
+    let setups = &job.file.setups;
+    if setups.len() < 2 {
+        return None;
+    }
+    let all = job.clampings();
+    let first = all.first().map(|(name, of)| (name.clone(), &setups[of.start]));
+    let change = job.machine.tool_change_time();
+    let mut clampings = Vec::new();
+    for (name, of) in &all {
+        let at = &setups[of.start];
+        let mut programs = Vec::new();
+        let mut without_program = Vec::new();
+        let of_clamping = joined.iter().find(|program| program.setup == *name && of.len() > 1);
+        for k in of.clone() {
+            match planned.iter().map(|(planned, _)| planned).find(|p| p.report.setup == setups[k].name) {
+                Some(planned) => programs.push(tool_program(job, k, planned, of_clamping)),
+                None => without_program.push(setups[k].name.clone()),
+            }
+        }
+        let changes = tool_changes(&programs) as f64 * change.unwrap_or(0.0);
+        let (joined_program, not_joined_because) = match of_clamping {
+            Some(JoinedProgram { name, joined: Ok(_), .. }) => (Some(name.clone()), None),
+            Some(JoinedProgram { joined: Err(why), .. }) => (None, Some(why.clone())),
+            None => (None, None),
+        };
+        let compared_with = first.as_ref().filter(|(first, _)| first != name);
+        clampings.push(ClampingReport {
+            name: name.clone(),
+            time_s: programs.iter().map(|p| p.time_s).sum::<f64>() + changes,
+            placement: placement(at, compared_with.map(|(name, setup)| (name.as_str(), *setup))),
+            stock: stock(setups, of.start),
+            fixtures: fixtures(at),
+            joined_program,
+            not_joined_because,
+            programs,
+            without_program,
+        });
+    }
+    Some(JobReport {
+        format: JOB_REPORT_FORMAT.to_owned(),
+        job: job.file.name.clone(),
+        machine: job.machine.name().to_owned(),
+        outcome: planned.iter().map(|(planned, _)| planned.outcome()).max().unwrap_or(Outcome::Done),
+        total_time_s: clampings.iter().map(|c| c.time_s).sum(),
+        tool_changes: clampings.iter().map(|c| tool_changes(&c.programs)).sum(),
+        tool_change_s: change,
+        clampings,
+    })
+}
+
+/// Returns the number of programs that begin with another tool than the one before has.
+fn tool_changes(programs: &[ToolProgramReport]) -> usize {
+    programs.windows(2).filter(|pair| pair[0].tool_number != pair[1].tool_number).count()
+}
+
+fn tool_program(job: &Job, index: usize, planned: &Planned, joined: Option<&JoinedProgram>) -> ToolProgramReport {
+    let report = &planned.report;
+    let tool = job.for_setup(index).tool;
+    let sections = joined.and_then(|program| program.joined.as_ref().ok()).map(|(_, sections)| sections);
+    let section = sections.and_then(|all| all.iter().find(|section| section.setup == report.setup));
+    let faults = report.findings.iter().filter(|f| f.kind.is_fault()).count();
+    let is_report = |name: &&String| name.starts_with("report") && name.ends_with(".json");
+    let removed: Option<Vec<f64>> = report.operations.iter().map(|o| o.removed_mm3).collect();
+    ToolProgramReport {
+        setup: report.setup.clone(),
+        programs: report.programs.iter().map(|program| program.file.clone()).collect(),
+        blake3: report.programs.first().map(|program| program.blake3.clone()),
+        line_in_joined: section.map(|section| section.first_line),
+        report: planned.files.iter().map(|(name, _)| name).find(is_report).cloned().unwrap_or_default(),
+        tool_number: tool.number(),
+        tool: tool.name().to_owned(),
+        gauge_length_mm: tool.gauge_length(),
+        planned_on: report.stock.planned_on.clone(),
+        time_s: report.operations.iter().map(OperationReport::time_s).sum(),
+        removed_mm3: removed.map(|all| all.iter().sum()),
+        verified: report.verified,
+        faults,
+        other_findings: report.findings.len() - faults,
+        certified_blocks: report.certified.as_ref().map(|c| [c.blocks, c.certified]),
+        planned_fraction: report.totals.planned_fraction,
+        incomplete_because: incomplete_because(report),
+        operations: report.operations.clone(),
+    }
+}
+
+fn placement(setup: &SetupFile, compared_with: Option<(&str, &SetupFile)>) -> PlacementReport {
+    let table_from_part = |setup: &SetupFile| pose(&setup.table_from_work) * pose(&setup.work_from_part);
+    let moved_by = compared_with.map(|(_, first)| table_from_part(setup) * table_from_part(first).inverse());
+    PlacementReport {
+        work_offset: setup.work_offset.register.clone(),
+        work_from_part: stated(&setup.work_from_part),
+        table_from_work: stated(&setup.table_from_work),
+        compared_with: compared_with.map(|(name, _)| name.to_owned()),
+        moved_by: moved_by.as_ref().map(pose_report),
+    }
+}
+
+fn stated(file: &PoseFile) -> PoseReport {
+    pose_report(&pose(file))
+}
+
+/// Returns a pose in the report's form; the axis of none is z.
+fn pose_report(motion: &Isometry3<f64>) -> PoseReport {
+    let turn = motion.rotation.axis_angle();
+    let (axis, angle) = turn.map_or(([0.0, 0.0, 1.0], 0.0), |(axis, angle)| (axis.into_inner().into(), angle));
+    // Adding 0 turns -0 into 0.
+    let rounded = |values: [f64; 3]| values.map(|v| (v * 1e9).round() / 1e9 + 0.0);
+    PoseReport {
+        translation_mm: rounded(motion.translation.vector.into()),
+        rotation_axis: rounded(axis),
+        rotation_deg: rounded([angle.to_degrees(); 3])[0],
+    }
+}
+
+/// Returns the stock before the setup of this index, in words.
+fn stock(setups: &[SetupFile], index: usize) -> String {
+    let own = setups[index].stock.in_words();
+    match index.checked_sub(1).map(|k| (&setups[k], follows(&setups[k], &setups[index]))) {
+        None => own,
+        Some((before, Ok(()))) => format!("what \"{}\" leaves of {own}", before.name),
+        Some((_, Err(why))) => format!("{own}; not what the clamping before leaves: {why}"),
+    }
+}
+
+fn fixtures(setup: &SetupFile) -> Vec<String> {
+    let mut files: Vec<String> =
+        setup.meshes.iter().filter(|mesh| mesh.role == RoleFile::Fixture).map(|mesh| mesh.file.clone()).collect();
+    files.dedup();
+    files
+}
+
+#[cfg(test)]
+#[path = "../tests/unit/job_report.rs"]
+mod tests;
