@@ -4,11 +4,13 @@ use facemill_cl_data::CcPoint;
 use facemill_surface_model::UpAxis;
 use facemill_tool_model::ToolAssembly;
 use nalgebra::Point3;
+use rayon::prelude::*;
 
 use crate::post_probe::try_template;
 use crate::reach::check_reach;
 use facemill_job::failure::Failure;
-use facemill_job::format::job_file::OperationFile;
+use facemill_job::format::job_file::{OperationFile, PathFile, SetupFile};
+use facemill_job::format::report::MeshReport;
 use facemill_job::frames::pose;
 use facemill_job::load::job::{Job, Setup};
 use facemill_job::load::mesh_winding::check_winding;
@@ -27,40 +29,111 @@ fn up(axis: UpAxis) -> &'static str {
     }
 }
 
+/// Setup in words.
+struct SetupDescription {
+    name: String,
+    /// Number, and line, of each head's tool.
+    tools: Vec<(u32, String)>,
+    stock: String,
+    /// Meshes, and the part in its own frame: the same for every setup that names them.
+    part: Vec<String>,
+    /// Notes on this setup alone.
+    notes: Vec<String>,
+    table: String,
+    /// Name and content of each operation.
+    operations: Vec<(String, String)>,
+}
+
 /// Reads a setup, generates its passes and describes the result in lines; plans nothing.
 ///
 /// # Errors
 /// As planning, for reading the setup and generating its passes.
 pub fn describe_setup(job: &Job, index: usize) -> Result<Vec<String>, Failure> {
+    let SetupDescription { name, tools, stock, part, notes, table, operations } = described(job, index)?;
+    let mut lines = vec![format!("setup \"{name}\"")];
+    lines.extend(tools.into_iter().map(|(_, line)| line));
+    lines.push(format!("stock: {stock}"));
+    lines.extend(part.into_iter().chain(notes));
+    lines.push(table);
+    lines.extend(operations.into_iter().map(|(name, text)| format!("operation \"{name}\": {text}")));
+    Ok(lines)
+}
+
+/// Reads all setups of a job, generates their passes and describes the result in lines, those of
+/// one clamping together; plans nothing. Says once what holds for several setups.
+///
+/// # Errors
+/// As [`describe_setup`].
+pub fn describe_job(job: &Job) -> Result<Vec<String>, Failure> {
+    let setups = &job.file.setups;
+    if setups.len() == 1 {
+        return describe_setup(job, 0);
+    }
+    // The first fault is that of the first setup, however many threads there are.
+    let all: Vec<Result<SetupDescription, Failure>> =
+        (0..setups.len()).into_par_iter().map(|k| described(job, k)).collect();
+    let all = all.into_iter().collect::<Result<Vec<_>, _>>()?;
+    let mut lines: Vec<String> = Vec::new();
+    for line in all.iter().flat_map(|s| s.tools.iter().map(|(_, line)| line)).chain(all.iter().flat_map(|s| &s.part)) {
+        if !lines.contains(line) {
+            lines.push(line.clone());
+        }
+    }
+    for (name, of) in job.clampings() {
+        let (at, first) = (&setups[of.start], &all[of.start]);
+        lines.push(format!("clamping \"{name}\" at {}{}", at.work_offset.register, turned(at)));
+        lines.push(format!("  stock: {}", first.stock));
+        lines.push(format!("  {}", first.table));
+        for (k, setup) in of.clone().zip(&all[of.clone()]) {
+            let is_next = k > of.start && follows(&setups[k - 1], &setups[k]).is_ok();
+            if k > of.start && !is_next {
+                lines.push(format!("  stock: {}", setup.stock));
+            }
+            lines.extend(setup.notes.iter().map(|note| format!("  {note}")));
+            let tools = setup.tools.iter().map(|(number, _)| format!("T{number}")).collect::<Vec<_>>().join(", ");
+            let on = if is_next { ", on what is left" } else { "" };
+            lines.extend(setup.operations.iter().map(|(name, text)| format!("  {tools}{on}: \"{name}\", {text}")));
+        }
+    }
+    Ok(lines)
+}
+
+/// Returns the turn of the part in a clamping, in words; empty for none.
+fn turned(setup: &SetupFile) -> String {
+    let turn = pose(&setup.work_from_part).rotation.axis_angle();
+    turn.map_or_else(String::new, |(axis, angle)| {
+        let [x, y, z] = axis.into_inner().into();
+        format!(", the part turned by {:.3} deg about ({x:.3}, {y:.3}, {z:.3})", angle.to_degrees())
+    })
+}
+
+fn described(job: &Job, index: usize) -> Result<SetupDescription, Failure> {
     let job = &job.for_setup(index);
     let setup = Setup::read(job, index)?;
     let words = word_map(job, &setup, index)?;
     try_template(job, &setup, &words)?;
     let undecided = check_winding(job, &setup, index)?;
     each_program_before(job, &setup, 0, |_| Ok(()))?;
-    let mut lines = vec![format!("setup \"{}\"", setup.file.name)];
-    lines.extend([Some(&job.tool), job.second.as_ref().map(|s| &s.tool)].into_iter().flatten().map(tool_line));
-    lines.push(stock_line(job, index));
-    for mesh in &setup.reports {
+    let tools = [Some(&job.tool), job.second.as_ref().map(|s| &s.tool)].into_iter().flatten();
+    let mesh = |mesh: &MeshReport| {
         let taken = format!("in {}, {} up", units(mesh.unit), up(mesh.up_axis));
-        lines.push(format!("mesh {} {taken}: {}", mesh.file, mesh.summary_line()));
-    }
-    lines.extend(undecided);
-    lines.push(part_line(&setup));
-    lines.extend(unit_advice(job, &setup));
+        format!("mesh {} {taken}: {}", mesh.file, mesh.summary_line())
+    };
+    let mut part: Vec<String> = setup.reports.iter().map(mesh).collect();
+    part.extend(undecided);
+    part.push(part_line(&setup));
     let b = setup.aabb();
-    lines.push(format!(
+    let table = format!(
         "everything on the table, its own bodies included, lies in ({:.1}, {:.1}, {:.1}) to ({:.1}, {:.1}, {:.1}) mm of the workpiece frame",
         b.min.x, b.min.y, b.min.z, b.max.x, b.max.y, b.max.z
-    ));
+    );
+    let mut operations = Vec::new();
     for (k, operation) in job.operations_of(setup.file) {
-        lines.extend(level_line(&setup, operation));
+        operations.extend(level_text(&setup, operation).map(|text| (operation.name.clone(), text)));
         if is_after_others(operation) {
             check_before(job, index)?;
-            lines.push(format!(
-                "operation \"{}\": its passes go where the programs before it leave material, and are laid when these are planned",
-                operation.name
-            ));
+            let text = "passes where the programs before it leave material, laid when these are planned";
+            operations.push((operation.name.clone(), format!("{}: {text}", work_text(&setup, operation))));
             continue;
         }
         let path = lay_operation(job, &setup, k, operation)?;
@@ -68,14 +141,42 @@ pub fn describe_setup(job: &Job, index: usize) -> Result<Vec<String>, Failure> {
         check_reach(&head, &setup, operation, &path.tasks).map_err(|e| job.wrong(e))?;
         let points: usize = path.tasks.iter().map(|t| t.pass.points.len()).sum();
         let copies = operation.pattern.as_ref().map_or(1, |p| p.copies);
-        lines.push(format!(
-            "operation \"{}\": {} passes with {points} CC points, in {copies} place(s); {} short pieces left out",
-            operation.name,
+        let text = format!(
+            "{}: {} passes with {points} CC points, in {copies} place(s); {} short pieces left out",
+            work_text(&setup, operation),
             path.tasks.len(),
             path.dropped_pieces
-        ));
+        );
+        operations.push((operation.name.clone(), text));
     }
-    Ok(lines)
+    Ok(SetupDescription {
+        name: setup.file.name.clone(),
+        tools: tools.map(|tool| (tool.number(), tool_line(tool))).collect(),
+        stock: stock_text(job, index),
+        part,
+        notes: unit_advice(job, &setup).into_iter().collect(),
+        table,
+        operations,
+    })
+}
+
+/// Returns how an operation lays its passes and what it leaves, in words.
+fn work_text(setup: &Setup<'_>, operation: &OperationFile) -> String {
+    let how = match &operation.path {
+        PathFile::Strategy(file) => match serde_json::to_value(&file.strategy) {
+            Ok(serde_json::Value::Object(map)) => map.keys().next().cloned().unwrap_or_default().replace('_', " "),
+            Ok(serde_json::Value::String(name)) => name.replace('_', " "),
+            _ => "a strategy".to_owned(),
+        },
+        PathFile::File(file) => format!("passes of {}", file.file),
+        PathFile::Cl(cl) => format!("passes of {}", cl.file),
+    };
+    format!("{how}, {} mm left", round_to_micron(setup.drive_allowance))
+}
+
+/// Returns a length in mm without the last digits of sums.
+fn round_to_micron(mm: f64) -> f64 {
+    (1e3 * mm).round() / 1e3
 }
 
 /// Returns the line with number and cutter of a tool, and the keys of values that are assumed.
@@ -94,9 +195,9 @@ fn tool_line(tool: &ToolAssembly) -> String {
     )
 }
 
-/// Returns the line with the level that an operation cuts, on the stock as it is at first; `None`
+/// Returns the level that an operation cuts in words, on the stock as it is at first; `None`
 /// of one without a level.
-fn level_line(setup: &Setup<'_>, operation: &OperationFile) -> Option<String> {
+fn level_text(setup: &Setup<'_>, operation: &OperationFile) -> Option<String> {
     let (level, levels) = (&setup.level.as_ref()?.level, operation.levels?);
     let plane = level.plane();
     let (normal, feed) = (plane.axis(), plane.at(1.0, 0.0) - plane.at(0.0, 0.0));
@@ -109,9 +210,8 @@ fn level_line(setup: &Setup<'_>, operation: &OperationFile) -> Option<String> {
     let may_be_swept = level.reach().may_be_swept(&room);
     let [all, kept] = [false, true].map(|of_kept| level.reach().area(|k| is_stock[k] && !(of_kept && may_be_swept[k])));
     Some(format!(
-        "operation \"{}\": level at {:.2} mm, {:.2} mm deep, on {:.1} cm2 of the stock; {:.1} cm2 of it stay because the part is in the \
+        "level at {:.2} mm, {:.2} mm deep, on {:.1} cm2 of the stock; {:.1} cm2 of it stay because the part is in the \
          way of the tool",
-        operation.name,
         levels.to_mm,
         levels.from_mm.map_or(levels.depth_mm, |from| from - levels.to_mm),
         all / 100.0,
@@ -119,8 +219,8 @@ fn level_line(setup: &Setup<'_>, operation: &OperationFile) -> Option<String> {
     ))
 }
 
-/// Returns the line with the stock that a setup's program meets.
-fn stock_line(job: &Job, index: usize) -> String {
+/// Returns the stock that a setup's program meets, in words.
+fn stock_text(job: &Job, index: usize) -> String {
     let setups = &job.file.setups;
     let own = setups[index].stock.in_words();
     let by_others = &setups[index].programs_before;
@@ -135,9 +235,9 @@ fn stock_line(job: &Job, index: usize) -> String {
         (false, _) => "the program is verified on it, postures, entries and links are planned on all of it".to_owned(),
     };
     match before.map(|before| (before, follows(before, &setups[index]))) {
-        None => format!("stock: {own}"),
-        Some((before, Ok(()))) => format!("stock: what \"{}\" leaves of {own}; {what}", before.name),
-        Some((_, Err(why))) => format!("stock: {own}; not what the setup before leaves: {why}"),
+        None => own,
+        Some((before, Ok(()))) => format!("what \"{}\" leaves of {own}; {what}", before.name),
+        Some((_, Err(why))) => format!("{own}; not what the setup before leaves: {why}"),
     }
 }
 

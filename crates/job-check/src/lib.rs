@@ -31,5 +31,5 @@ mod post_block_words;
 pub mod post_probe;
 pub mod reach;
 
-pub use crate::describe::describe_setup;
+pub use crate::describe::{describe_job, describe_setup};
 pub use crate::new_machine::new_job_for;
