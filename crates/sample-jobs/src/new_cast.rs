@@ -2,9 +2,10 @@
 
 use facemill_sample_parts::{
     BladeResolution, Bore, CastingAllowance, PropellerSeries, PropellerSpec, RootFillet, SolidForm, casting,
-    chord_error, propeller_solid,
+    chord_error, propeller_solid, turned_solid,
 };
 use facemill_surface_model::TriMesh;
+use nalgebra::{Isometry3, Vector3};
 use serde_json::{Value, json};
 
 use crate::job_parts::{JobFiles, cutter_radius, job_file, operation, round_to, tool_file};
@@ -28,6 +29,23 @@ const FILLET: f64 = 0.015;
 /// Radius of the bore over that of the hub.
 const BORE: f64 = 0.45;
 
+/// Radii of pedestal and nut over that of the hub, gap between arbor and casting, and height of the
+/// nut, mm.
+const PEDESTAL: f64 = 0.8;
+const NUT: f64 = 0.55;
+const ARBOR_GAP: f64 = 1.0;
+const NUT_HEIGHT: f64 = 30.0;
+
+/// Returns the turn of the part about x with which a side faces up, deg.
+fn turn_deg(side: &str) -> f64 {
+    if side == SIDES[0] { 0.0 } else { 180.0 }
+}
+
+/// Returns the file of the clamping parts where a side faces up.
+fn clamping_file(side: &str) -> String {
+    format!("clamping-{side}.glb")
+}
+
 /// Material that the layers leave, and the largest thickness of one, mm.
 const LEFT: f64 = 0.4;
 const DEPTH: f64 = 4.5;
@@ -50,7 +68,7 @@ pub(crate) fn cast_propeller_job(diameter: f64) -> Result<JobFiles, String> {
     let mut job = job_file(&name, Value::Null, Value::Null);
     job["setups"] = SIDES.iter().map(|side| sample.setup(side)).collect();
     job["operations"] = SIDES.iter().flat_map(|side| sample.face_milling(side)).collect();
-    cast.files(&job, &[("tool.json", sample.face_mill())])
+    cast.files(&job, sample.above_table(), &[("tool.json", sample.face_mill())])
 }
 
 /// Sides of a blade, in the order in which they are machined.
@@ -90,22 +108,67 @@ impl CastPropeller {
         Ok(Self { spec, part, cast, chord, from: allowance.largest() })
     }
 
-    /// Returns the files of a job with its tools.
+    /// Returns pedestal, arbor and nut that clamp the casting where a side faces up, in the frame
+    /// of the part. The casting lies on the pedestal with the face of its hub, the arbor goes through
+    /// the bore, which is narrower than the part's, and the nut lies on the other face.
+    fn clamping(&self, side: &str, above_table: f64) -> TriMesh {
+        let [low, high] = self.hub_heights(side);
+        let (hub, bore) = (self.spec.hub_radius(), BORE * self.spec.hub_radius());
+        let (pedestal, arbor, nut) = (PEDESTAL * hub, bore - self.from - ARBOR_GAP, NUT * hub);
+        // Between the casting's faces and those of the part is up to all of its material.
+        let [under, on] = [low - self.from, high + self.from];
+        let top = on + NUT_HEIGHT;
+        let outline = [[pedestal, -above_table], [pedestal, under], [arbor, under], [arbor, on], [nut, on], [nut, top]];
+        let solid = turned_solid("clamping", &outline);
+        let turn_deg = turn_deg(side);
+        if turn_deg == 0.0 {
+            solid
+        } else {
+            solid.transformed(&Isometry3::rotation(Vector3::x() * turn_deg.to_radians()))
+        }
+    }
+
+    /// Returns the heights of the faces of the hub where a side faces up, mm.
+    fn hub_heights(&self, side: &str) -> [f64; 2] {
+        let bounds = self.part.select_groups(|name| name.starts_with("hub/")).aabb();
+        let [low, high] = [bounds.min.z, bounds.max.z];
+        if turn_deg(side) == 0.0 { [low, high] } else { [-high, -low] }
+    }
+
+    /// Returns the height of the nut's upper face where a side faces up, mm.
+    fn top_of_nut(&self, side: &str) -> f64 {
+        self.hub_heights(side)[1] + self.from + NUT_HEIGHT
+    }
+
+    /// Returns the files of a job with its tools; the work is so high above the table, mm.
     ///
     /// # Errors
     /// If a mesh is too large for a file.
-    pub(crate) fn files(&self, job: &Value, tools: &[(&str, Value)]) -> Result<JobFiles, String> {
+    pub(crate) fn files(&self, job: &Value, above_table: f64, tools: &[(&str, Value)]) -> Result<JobFiles, String> {
         let file = |value: &Value| facemill_file_format::to_json(value).into_bytes();
         let mut files = vec![
             ("propeller.glb".to_owned(), grouped_glb(&self.part)?),
             ("casting.glb".to_owned(), grouped_glb(&self.cast)?),
             ("job.json".to_owned(), file(job)),
         ];
+        for side in SIDES {
+            files.push((clamping_file(side), grouped_glb(&self.clamping(side, above_table))?));
+        }
         files.extend(tools.iter().map(|(name, tool)| ((*name).to_owned(), file(tool))));
-        let machine = facemill_inverse_kinematics::preset_head_b_table_c();
-        files.push(("machine.json".to_owned(), machine.as_bytes().to_vec()));
+        files.push(("machine.json".to_owned(), machine_with_tool_change().into_bytes()));
         Ok(files)
     }
+}
+
+/// Typical time of a tool change on a large machine, s.
+const TOOL_CHANGE: u32 = 15;
+
+/// Returns the preset machine with the time of a tool change, which it does not have, as assumed.
+fn machine_with_tool_change() -> String {
+    let preset = facemill_inverse_kinematics::preset_head_b_table_c();
+    let listed = preset.replacen("\"assumed\": [", "\"assumed\": [{ \"value\": \"tool_change\" }, ", 1);
+    let keys = listed.trim_end().trim_end_matches('}').trim_end();
+    format!("{keys},\n  \"tool_change_s\": {TOOL_CHANGE}\n}}\n")
 }
 
 /// Measures that the pieces of the job share.
@@ -136,19 +199,31 @@ impl<'a> Sample<'a> {
         [self.layers(&finish), finish]
     }
 
+    /// Returns the height of the work above the table, mm.
+    pub(crate) fn above_table(&self) -> f64 {
+        round_to(0.25 * self.cast.spec.diameter(), 0)
+    }
+
     /// Returns the setup in which a side faces up.
     pub(crate) fn setup(&self, side: &str) -> Value {
         let bounds = self.cast.part.aabb();
-        let (turn_deg, top) = if side == SIDES[0] { (0.0, bounds.max.z) } else { (180.0, -bounds.min.z) };
-        let mesh = |group: &str, role: &str| json!({ "file": "propeller.glb", "groups": [group], "role": role, "unit": "metre", "up_axis": "y" });
+        let turn_deg = turn_deg(side);
+        let top = if turn_deg == 0.0 { bounds.max.z } else { -bounds.min.z };
+        let top = (top + self.cast.from).max(self.cast.top_of_nut(side));
+        let mesh = |file: &str, group: &str, role: &str| json!({ "file": file, "groups": [group], "role": role, "unit": "metre", "up_axis": "y" });
+        let part = "propeller.glb";
         json!({
             "name": format!("{side} side up"),
             "work_from_part": { "rotation_axis": [1.0, 0.0, 0.0], "rotation_deg": turn_deg },
-            "table_from_work": { "translation_mm": [0.0, 0.0, round_to(0.25 * self.cast.spec.diameter(), 0)] },
+            "table_from_work": { "translation_mm": [0.0, 0.0, self.above_table()] },
             "work_offset": { "register": "G54" },
-            "meshes": [mesh(&format!("blade-1/{side}"), "drive"), mesh("*", "part")],
+            "meshes": [
+                mesh(part, &format!("blade-1/{side}"), "drive"),
+                mesh(part, "*", "part"),
+                mesh(&clamping_file(side), "*", "fixture"),
+            ],
             "stock": { "mesh": { "file": "casting.glb", "unit": "metre", "up_axis": "y" } },
-            "clearance": { "plane": { "origin_mm": [0.0, 0.0, (top + self.cast.from + 10.0).ceil()] } },
+            "clearance": { "plane": { "origin_mm": [0.0, 0.0, (top + 10.0).ceil()] } },
             "rapid_clearance_mm": 5.0,
         })
     }

@@ -149,13 +149,18 @@ pub(crate) fn whole_propeller_job(diameter: f64, blades: Option<usize>) -> Resul
     }
     job["operations"] = json!(operations);
     let tools = [("tool.json", sample.face_mill()), ("tool-2.json", bull_nose()), ("tool-3.json", ball_nose())];
-    cast.files(&job, &tools)
+    cast.files(&job, above_table(&sample), &tools)
 }
 
 /// Names of the tools.
 const FACE: &str = "face mill";
 const BULL: &str = "bull nose";
 const BALL: &str = "ball nose";
+
+/// Returns the height of the work above the table, mm.
+fn above_table(sample: &Sample<'_>) -> f64 {
+    round_to(ABOVE_TABLE * 2.0 * sample.tip(), 0)
+}
 
 fn setup(sample: &Sample<'_>, side: &str) -> Value {
     let mut setup = sample.setup(side);
@@ -164,7 +169,7 @@ fn setup(sample: &Sample<'_>, side: &str) -> Value {
     groups.push("hub/cylinder".to_owned());
     groups.push(format!("blade-1/{}-{}", other(side), upper_edge(side)));
     setup["meshes"][0]["groups"] = json!(groups);
-    setup["table_from_work"]["translation_mm"][2] = json!(round_to(ABOVE_TABLE * 2.0 * sample.tip(), 0));
+    setup["table_from_work"]["translation_mm"][2] = json!(above_table(sample));
     // Tools between the blades point away from the axis: along them, they come out there.
     setup["clearance"] = json!({ "cylinder": { "radius_mm": round_to(1.06 * sample.tip(), 0) } });
     setup

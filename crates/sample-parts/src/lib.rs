@@ -13,6 +13,7 @@
 //!   section or between [`Endwalls`] (hub and shroud), with a sector of the hub.
 //! - [`patch`]: a wavy sculptured patch with exact normals and curvatures.
 //! - [`casting`]: any of these solids with uneven material on it.
+//! - [`turned_solid`]: a solid of revolution, such as an arbor that clamps a hub.
 //! - [`AnalyticPart`]: plane, sphere, cylinder, torus and saddle with exact closest points.
 //!
 //! Lengths are in mm. [`blade`] and [`hub`] are closed, wound outward, and separate: as solids they
@@ -58,6 +59,7 @@
 //! | `patch` | wavy sculptured patches |
 //! | `analytic_part` | parts with closed normals and curvatures |
 //! | `casting` | parts with uneven material on them |
+//! | `turned_solid` | solids of revolution, for clamping parts |
 //!
 //! This crate must not know machines, tools, jobs or files.
 
@@ -73,6 +75,7 @@ mod sheets;
 mod spec_error;
 mod spline;
 mod surface_point;
+mod turned_solid;
 
 pub use crate::blade_loft::endwalls::{Endwalls, HubLine, HubSector, HubSet, LoftEnd};
 pub use crate::blade_loft::loft_mesh::LoftedBlade;
@@ -97,3 +100,4 @@ pub use patch::{PatchSpec, patch};
 pub use rotor37::{RotorResolution, rotor37};
 pub use spec_error::{LoftError, SpecError, TablePart};
 pub use surface_point::SurfacePoint;
+pub use turned_solid::turned_solid;

@@ -11,4 +11,5 @@ mod loft_wall_laws;
 mod rotor37_laws;
 mod solid_faults;
 mod solid_laws;
+mod turned_solid_laws;
 mod vp1304_reference;
