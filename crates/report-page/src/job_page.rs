@@ -1,5 +1,7 @@
 //! Page of a job with several programs: clampings, tools, operations and their times.
 
+use std::collections::BTreeSet;
+
 use facemill_job::duration_text::clock;
 use facemill_job::format::job_report::{ClampingReport, JobReport, PlacementReport, PoseReport, ToolProgramReport};
 use facemill_job::format::report::outcome::Outcome;
@@ -31,6 +33,7 @@ pub fn job_html(report: &JobReport) -> Vec<u8> {
     out += "<h2>Time</h2>\n";
     out += &format!("<p>{}</p>\n", escaped(&time_text(report)));
     out += &time_picture(report, &tools);
+    out += &tool_table(report, &tools);
     for (k, clamping) in report.clampings.iter().enumerate() {
         out += &clamping_section(k + 1, clamping, &tools);
     }
@@ -80,8 +83,8 @@ fn stamp(report: &JobReport) -> (&'static str, &'static str, String) {
 
 fn time_text(report: &JobReport) -> String {
     let changes = match report.tool_change_s {
-        Some(time) => format!("with {} tool changes of {time} s", report.tool_changes),
-        None => format!("without {} tool changes, whose time the machine file does not say", report.tool_changes),
+        Some(time) => format!("with {} tool change(s) of {time} s", report.tool_changes),
+        None => format!("without {} tool change(s), whose time the machine file does not say", report.tool_changes),
     };
     let n = report.clampings.len();
     format!("{} on the machine in {n} clamping(s), {changes}; setting up is not counted.", clock(report.total_time_s))
@@ -128,6 +131,47 @@ fn time_picture(report: &JobReport, tools: &[(u32, &str)]) -> String {
     out
 }
 
+/// Returns the tools, each with its length and the time that it works.
+fn tool_table(report: &JobReport, tools: &[(u32, &str)]) -> String {
+    let mut out =
+        format!("<table style=\"margin-top:6px\">{}<tbody>\n", head(["tool", "length, mm", "programs", "time"]));
+    for (k, tool) in tools.iter().enumerate() {
+        let all = || report.clampings.iter().flat_map(|c| &c.programs);
+        let own: Vec<&ToolProgramReport> = all().filter(|p| (p.tool_number, p.tool.as_str()) == *tool).collect();
+        let lengths: BTreeSet<String> = own.iter().map(|p| format!("{:.1}", p.gauge_length_mm)).collect();
+        let time: f64 = own.iter().map(|p| p.time_s).sum();
+        out += &format!(
+            "<tr><td>{} T{} {}</td>{}{}{}</tr>\n",
+            mark(COLOURS[k % COLOURS.len()]),
+            tool.0,
+            escaped(tool.1),
+            number(&lengths.into_iter().collect::<Vec<_>>().join(", ")),
+            number(&own.len().to_string()),
+            number(&clock(time))
+        );
+    }
+    out += "</tbody></table>\n";
+    out
+}
+
+/// Returns the head of a table with numbers in all columns but the first.
+fn head<const N: usize>(names: [&str; N]) -> String {
+    let (first, rest) = names.split_first().unwrap_or((&"", &[]));
+    let rest: String = rest.iter().map(|name| format!("<th{RIGHT}>{name}</th>")).collect();
+    format!("<thead><tr><th style=\"width:46%\">{first}</th>{rest}</tr></thead>")
+}
+
+/// Alignment of numbers.
+const RIGHT: &str = " style=\"text-align:right;white-space:nowrap\"";
+
+fn number(text: &str) -> String {
+    format!("<td{RIGHT}>{text}</td>")
+}
+
+fn mark(colour: &str) -> String {
+    format!("<span style=\"color:{colour}\">&#9632;</span>")
+}
+
 fn clamping_section(number: usize, clamping: &ClampingReport, tools: &[(u32, &str)]) -> String {
     let mut out = format!("<h2>Clamping {number}: {}, {}</h2>\n", escaped(&clamping.name), clock(clamping.time_s));
     out += "<table class=\"pairs\"><tbody>\n";
@@ -146,9 +190,9 @@ fn clamping_section(number: usize, clamping: &ClampingReport, tools: &[(u32, &st
     };
     let without = clamping.without_program.join(", ");
     out += &if without.is_empty() { String::new() } else { row("nothing to cut", &without) };
-    out += "</tbody></table>\n<table><thead><tr><th>tool, program, operation</th><th class=\"number\">line</th>\
-            <th class=\"number\">time</th><th class=\"number\">in passes</th><th class=\"number\">in air</th>\
-            <th class=\"number\">cm<sup>3</sup></th><th>result</th></tr></thead><tbody>\n";
+    out += "</tbody></table>\n<table style=\"margin-top:6px\">";
+    out += &head(["tool and program, operations", "line", "time", "in passes", "in air, at most", "cm<sup>3</sup> cut"]);
+    out += "<tbody>\n";
     for program in &clamping.programs {
         out += &program_rows(program, colour(tools, program));
     }
@@ -161,29 +205,33 @@ fn program_rows(program: &ToolProgramReport, colour: &str) -> String {
     let line = program.line_in_joined.map_or_else(String::new, |line| line.to_string());
     let bad = if program.faults > 0 { " bad" } else { "" };
     let mut out = format!(
-        "<tr class=\"sum{bad}\"><td><span style=\"color:{colour}\">&#9632;</span> T{} {}, {:.1} mm long<br><a href=\"{}\">{}</a></td>\
-         <td class=\"number\">{line}</td><td class=\"number\">{}</td><td></td><td></td><td class=\"number\">{}</td><td>{}</td></tr>\n",
+        "<tr class=\"sum{bad}\"><td>{} T{} {}, <a href=\"{}\">{}</a></td>{}{}<td></td><td></td>{}</tr>\n",
+        mark(colour),
         program.tool_number,
         escaped(&program.tool),
-        program.gauge_length_mm,
         escaped(&page),
         escaped(&program.programs.join(", ")),
-        clock(program.time_s),
-        cm3(program.removed_mm3),
-        escaped(&result_text(program))
+        number(&line),
+        number(&clock(program.time_s)),
+        number(&cm3(program.removed_mm3))
     );
     for operation in &program.operations {
         let air = operation.air_share.map_or_else(String::new, |share| format!("{:.1} %", 100.0 * share));
         out += &format!(
-            "<tr><td>{}</td><td class=\"number\">{}</td><td class=\"number\">{}</td><td class=\"number\">{}</td>\
-             <td class=\"number\">{air}</td><td class=\"number\">{}</td><td></td></tr>\n",
+            "<tr><td style=\"padding-left:20px\">{}</td>{}{}{}{}{}</tr>\n",
             escaped(&operation.operation),
-            operation.first_line,
-            clock(operation.time_s()),
-            clock(operation.passes_time_s),
-            cm3(operation.removed_mm3)
+            number(""),
+            number(&clock(operation.time_s())),
+            number(&clock(operation.passes_time_s)),
+            number(&air),
+            number(&cm3(operation.removed_mm3))
         );
     }
+    out += &format!(
+        "<tr class=\"{}\"><td colspan=\"6\" style=\"padding-left:20px\" class=\"note\">{}</td></tr>\n",
+        bad.trim(),
+        escaped(&result_text(program))
+    );
     out
 }
 

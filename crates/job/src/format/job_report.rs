@@ -39,11 +39,11 @@ impl JobReport {
     pub fn summary_line(&self) -> String {
         let programs: usize = self.clampings.iter().map(|c| c.programs.len()).sum();
         let changes = match self.tool_change_s {
-            Some(time) => format!("{} tool changes of {time} s among them", self.tool_changes),
-            None => format!("{} tool changes not counted (tool_change_s of the machine)", self.tool_changes),
+            Some(time) => format!("{} tool change(s) of {time} s among them", self.tool_changes),
+            None => format!("{} tool change(s) not counted (tool_change_s of the machine)", self.tool_changes),
         };
         let (time, n) = (clock(self.total_time_s), self.clampings.len());
-        format!("{}: {time} on the machine, {programs} programs in {n} clamping(s), {changes}", self.job)
+        format!("{}: {time} on the machine, {programs} program(s) in {n} clamping(s), {changes}", self.job)
     }
 }
 

@@ -117,9 +117,10 @@ fn the_page_says_times_positions_and_results() {
     let mut report = report();
     let text = page(&report);
     for part in [
-        "0:30:30 on the machine in 2 clamping(s), with 1 tool changes of 30 s",
+        "0:30:30 on the machine in 2 clamping(s), with 1 tool change(s) of 30 s",
         "on the table, from its position in &quot;suction&quot;: turned 180.0000 deg about (1.000, 0.000, 0.000), then moved by (0.000, 0.000, 1000.000) mm",
         "88 of 90 blocks certified",
+        "T2 mill &lt;8 &amp; &quot;12&quot;&gt;</td><td style=\"text-align:right;white-space:nowrap\">120.0</td>",
         "12.5 %",
         "<a href=\"report-2.html\">program-2.nc</a>",
         "VERIFIED",
@@ -127,7 +128,7 @@ fn the_page_says_times_positions_and_results() {
         assert!(text.contains(part), "{part}: {text}");
     }
     report.tool_change_s = None;
-    assert!(page(&report).contains("without 1 tool changes, whose time the machine file does not say"));
+    assert!(page(&report).contains("without 1 tool change(s), whose time the machine file does not say"));
 }
 
 #[test]

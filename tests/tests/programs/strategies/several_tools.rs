@@ -332,7 +332,7 @@ fn assert_job_report(job: &JobFolder, planned: &CommandOutput) {
     let placed = |k: usize| &clampings[k]["placement"];
     assert_eq!((&placed(0)["moved_by"], &placed(1)["compared_with"]), (&Value::Null, &json!("top")));
     assert_eq!(clampings[1]["stock"].as_str().map(|s| s.starts_with("what \"top 3 mill\" leaves")), Some(true));
-    assert!(planned.prints(&["5 programs in 2 clamping(s)", "3 tool changes of 12.5 s"]), "{}", planned.printed);
+    assert!(planned.prints(&["5 program(s) in 2 clamping(s)", "3 tool change(s) of 12.5 s"]), "{}", planned.printed);
 }
 
 #[test]
