@@ -192,7 +192,7 @@ pub enum AptMeaning {
     /// each of its axes: components of the axis, and a coordinate of the origin (mm). `None` for
     /// TRNTYP, which gives the purpose of such a frame.
     Frame(Option<Box<[f64; 12]>>),
-    /// GOHOME: the tool goes to where it began.
+    /// GOHOME: moves the tool home.
     Home,
     /// CUTCOM: whether the control is to offset the tool to one side. Points are as given.
     RadiusCompensation(bool),

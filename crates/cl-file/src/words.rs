@@ -71,8 +71,8 @@ pub fn check_word(statement: &AptStatement) -> Result<(), ClFault> {
 const NOT_RIGID: f64 = 1e-4;
 
 /// Returns the frame of a CSYS: that of its points in that of the part. Each row of its numbers is
-/// the direction of an axis in the part's frame, and a coordinate of the origin there: features
-/// that programs repeat in turned frames come to lie on each other so.
+/// the direction of an axis in the part's frame, and a coordinate of the origin there: so holes
+/// that a file drills in two frames are at the same places.
 ///
 /// # Errors
 /// If its directions are not unit vectors at right angles, or left-handed.
@@ -92,18 +92,22 @@ pub fn csys_frame(rows: &[f64; 12], line: u32) -> Result<Isometry3<f64>, ClFault
 
 /// Returns the note on the unit of a file without UNITS; `None` for one with it.
 pub fn unit_note(file: &AptFile) -> Option<String> {
-    if file.statements.iter().any(|s| matches!(s.meaning, AptMeaning::Unit(_))) {
+    if has_units(file) {
         return None;
     }
     Some(match file.given_unit {
-        Some(unit) => format!("UNITS is missing: lengths are taken as {unit}, as given beside the file"),
+        Some(unit) => format!("UNITS is missing: lengths are in {unit}, the unit given beside the file"),
         None => "UNITS is missing: lengths are taken as mm".to_owned(),
     })
 }
 
+fn has_units(file: &AptFile) -> bool {
+    file.statements.iter().any(|s| matches!(s.meaning, AptMeaning::Unit(_)))
+}
+
 /// Refuses a file without a unit whose feeds are in inches: its lengths would be taken as mm.
 pub fn check_units(file: &AptFile) -> Result<(), ClFault> {
-    if file.given_unit.is_some() || unit_note(file).is_none() {
+    if file.given_unit.is_some() || has_units(file) {
         return Ok(());
     }
     let is_in_inches = |s: &&AptStatement| {

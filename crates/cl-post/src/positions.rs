@@ -72,7 +72,8 @@ pub(crate) fn positions(
     let kinds: Vec<SegmentKind> = moves.iter().skip(1).map(kind_of).collect();
     let start = start(scene.machine, poses.first(), tool_length, options.branch);
     monitor.checkpoint()?;
-    let choice = chosen(scene.machine, (&poses, &kinds), &start, tool_length);
+    let is_free = options.branch == BranchPreference::Nearest;
+    let choice = chosen(scene.machine, (&poses, &kinds), (&start, is_free), tool_length);
     let choice = choice.map_err(|error| path_fault(&error, moves))?;
     let mut follower = MoveFollower {
         max_positions: options.max_positions,
@@ -94,12 +95,12 @@ fn start(machine: &Machine, first: Option<&ClPoint>, tool_length: f64, branch: B
     nearest.unwrap_or_else(|| machine.home())
 }
 
-/// Returns branch and winding of every pose, from this solution of the first one on; from another
-/// one if the axes then turn anew less often.
+/// Returns branch and winding of every pose, from this solution of the first one on. A free start
+/// is another solution if the axes then turn anew less often.
 fn chosen(
     machine: &Machine,
     (poses, kinds): (&[ClPoint], &[SegmentKind]),
-    start: &AxisValues,
+    (start, is_free): (&AxisValues, bool),
     tool_length: f64,
 ) -> Result<PathChoice, PathError> {
     let along = |begins_at_start: bool| {
@@ -108,7 +109,7 @@ fn chosen(
     };
     let turns = |choice: &PathChoice| (choice.breaks.len(), choice.link_turns.len());
     let from_start = along(true)?;
-    if turns(&from_start) == (0, 0) {
+    if !is_free || turns(&from_start) == (0, 0) {
         return Ok(from_start);
     }
     let from_any = along(false)?;

@@ -136,8 +136,10 @@ struct OpenPart {
     points: usize,
     arcs: usize,
     has_moved: bool,
-    /// Whether all points so far are of FROM.
-    is_at_start: bool,
+    /// Line and pose of FROM before every other point.
+    starts: Vec<(u32, ClPoint)>,
+    /// Whether the tool is called behind them.
+    is_called_behind_start: bool,
     /// Line of GOHOME behind its moves.
     home: Option<u32>,
     cutters: Vec<(u32, FileCutter)>,
@@ -266,11 +268,7 @@ impl<'a> StepReader<'a> {
         if self.part.tool == Some(number) {
             return Ok(());
         }
-        if self.part.tool.is_none() && self.part.is_at_start {
-            self.part.leave_start();
-            self.at = None;
-            self.note(line, "FROM before the tool is called is left out: the program begins at home");
-        }
+        self.part.is_called_behind_start = !self.part.starts.is_empty();
         if self.part.has_moved {
             let comments = self.part.comments_at_end();
             self.end_part()?;
@@ -392,7 +390,13 @@ impl<'a> StepReader<'a> {
                        or write the way as points behind RAPID";
             return Err(PostFault::at(line, why));
         }
-        self.part.is_at_start = point.kind == AptPointKind::Start && (self.part.is_at_start || !self.part.has_moved);
+        if point.kind == AptPointKind::Start && !self.part.has_moved && !self.part.is_called_behind_start {
+            self.part.points -= 1;
+            self.part.starts.push((point.line, cl));
+            self.at = Some(cl);
+            return Ok(());
+        }
+        self.begin_at_start(point.kind);
         if !self.part.has_moved {
             self.part.coolant = Some(self.coolant);
             self.part.has_moved = true;
@@ -446,6 +450,25 @@ impl<'a> StepReader<'a> {
         }
         self.at = Some(cl);
         Ok(())
+    }
+
+    /// Writes the points of FROM before the first point of another kind. Left out where the tool is
+    /// called behind them and then moves at rapid rate: it comes from home by the template.
+    fn begin_at_start(&mut self, first: AptPointKind) {
+        let starts = std::mem::take(&mut self.part.starts);
+        let is_cut = matches!(first, AptPointKind::Linear | AptPointKind::Arc);
+        if self.part.is_called_behind_start && !is_cut {
+            if let Some((line, _)) = starts.first() {
+                self.note(*line, "FROM before the tool is called is left out: the program begins at home");
+            }
+            return;
+        }
+        for (line, cl) in starts {
+            self.part.points += 1;
+            self.part.has_moved = true;
+            self.part.coolant = Some(self.coolant);
+            self.part.steps.push(Step::Move(PathMove { line, cl, feed: None, is_point: true, is_chord: false }));
+        }
     }
 
     /// Feed of a cut; the spindle has to turn, as with the tool before if nothing else is said.
@@ -548,6 +571,8 @@ impl<'a> StepReader<'a> {
     }
 
     fn finish(mut self) -> Result<FileSteps, PostFault> {
+        // FROM alone is a move, too.
+        self.begin_at_start(AptPointKind::Linear);
         if self.part.has_moved {
             self.end_part()?;
         }
@@ -612,12 +637,6 @@ impl OpenPart {
         if self.has_moved {
             self.steps.push(step);
         }
-    }
-
-    /// Leaves out the moves to where the tool begins.
-    fn leave_start(&mut self) {
-        self.steps.retain(|step| !matches!(step, Step::Move(_)));
-        (self.points, self.has_moved, self.is_at_start) = (0, false, false);
     }
 
     /// Takes the comments behind the last move: they are of the next tool.

@@ -40,8 +40,8 @@ struct SetupDescription {
     /// Notes on this setup alone.
     notes: Vec<String>,
     table: String,
-    /// Name and content of each operation.
-    operations: Vec<(String, String)>,
+    /// Head, from 1, name and content of each operation.
+    operations: Vec<(u32, String, String)>,
 }
 
 /// Reads a setup, generates its passes and describes the result in lines; plans nothing.
@@ -55,7 +55,7 @@ pub fn describe_setup(job: &Job, index: usize) -> Result<Vec<String>, Failure> {
     lines.push(format!("stock: {stock}"));
     lines.extend(part.into_iter().chain(notes));
     lines.push(table);
-    lines.extend(operations.into_iter().map(|(name, text)| format!("operation \"{name}\": {text}")));
+    lines.extend(operations.into_iter().map(|(_, name, text)| format!("operation \"{name}\": {text}")));
     Ok(lines)
 }
 
@@ -86,24 +86,27 @@ pub fn describe_job(job: &Job) -> Result<Vec<String>, Failure> {
         lines.push(format!("  {}", first.table));
         for (k, setup) in of.clone().zip(&all[of.clone()]) {
             let is_next = k > of.start && follows(&setups[k - 1], &setups[k]).is_ok();
-            if k > of.start && !is_next {
-                lines.push(format!("  stock: {}", setup.stock));
+            // For those behind it, only the name of the program before differs.
+            if k == of.start + 1 || k > of.start && !is_next {
+                lines.push(format!("  then stock: {}", setup.stock));
             }
             lines.extend(setup.notes.iter().map(|note| format!("  {note}")));
-            let tools = setup.tools.iter().map(|(number, _)| format!("T{number}")).collect::<Vec<_>>().join(", ");
             let on = if is_next { ", on what is left" } else { "" };
-            lines.extend(setup.operations.iter().map(|(name, text)| format!("  {tools}{on}: \"{name}\", {text}")));
+            lines.extend(setup.operations.iter().map(|(head, name, text)| {
+                let tool = setup.tools.get(head.saturating_sub(1) as usize).or(setup.tools.first());
+                format!("  T{}{on}: \"{name}\", {text}", tool.map_or(0, |(number, _)| *number))
+            }));
         }
     }
     Ok(lines)
 }
 
-/// Returns the turn of the part in a clamping, in words; empty for none.
+/// Returns the turn of the part on the table in a clamping, in words; empty for none.
 fn turned(setup: &SetupFile) -> String {
-    let turn = pose(&setup.work_from_part).rotation.axis_angle();
+    let turn = (pose(&setup.table_from_work) * pose(&setup.work_from_part)).rotation.axis_angle();
     turn.map_or_else(String::new, |(axis, angle)| {
         let [x, y, z] = axis.into_inner().into();
-        format!(", the part turned by {:.3} deg about ({x:.3}, {y:.3}, {z:.3})", angle.to_degrees())
+        format!(", the part turned by {:.3} deg about ({x:.6}, {y:.6}, {z:.6})", angle.to_degrees())
     })
 }
 
@@ -129,11 +132,15 @@ fn described(job: &Job, index: usize) -> Result<SetupDescription, Failure> {
     );
     let mut operations = Vec::new();
     for (k, operation) in job.operations_of(setup.file) {
-        operations.extend(level_text(&setup, operation).map(|text| (operation.name.clone(), text)));
+        operations.extend(level_text(&setup, operation).map(|text| (operation.head, operation.name.clone(), text)));
         if is_after_others(operation) {
             check_before(job, index)?;
             let text = "passes where the programs before it leave material, laid when these are planned";
-            operations.push((operation.name.clone(), format!("{}: {text}", work_text(&setup, operation))));
+            operations.push((
+                operation.head,
+                operation.name.clone(),
+                format!("{}: {text}", work_text(&setup, operation)),
+            ));
             continue;
         }
         let path = lay_operation(job, &setup, k, operation)?;
@@ -147,7 +154,7 @@ fn described(job: &Job, index: usize) -> Result<SetupDescription, Failure> {
             path.tasks.len(),
             path.dropped_pieces
         );
-        operations.push((operation.name.clone(), text));
+        operations.push((operation.head, operation.name.clone(), text));
     }
     Ok(SetupDescription {
         name: setup.file.name.clone(),

@@ -95,7 +95,7 @@ impl PlanRun<'_> {
         report.stock.planned_on = setup.planning_stock.to_string();
         report.links = links_report;
         let program = heads.program(&moves, &texts, HeldAsCut::NOTHING);
-        report.operations = operation_times(&program.sections[0], timed, &removals);
+        report.operations = operation_times(&program.sections[0], timed, removals.as_deref());
         report.assumptions = program.assumptions()?;
         report.assumptions.extend(control_assumption(job, timed));
         report.assumptions.extend(seen.map(|text| Assumption { line: None, text }));

@@ -27,8 +27,8 @@ pub(crate) struct StockToCut<'a> {
 pub(crate) struct CutByPlan {
     /// Report.
     pub report: PlannedStockReport,
-    /// Removal of every cutting block; empty if the stock was not cut.
-    pub removals: Vec<BlockRemoval>,
+    /// Removal of every cutting block, if the stock was cut.
+    pub removals: Option<Vec<BlockRemoval>>,
     /// Rest of the stock, if it was cut.
     pub rest: Option<DexelMap>,
 }
@@ -36,7 +36,7 @@ pub(crate) struct CutByPlan {
 impl CutByPlan {
     /// Returns the result for stock that was not cut.
     pub(crate) const fn not_cut(report: PlannedStockReport) -> Self {
-        Self { report, removals: Vec::new(), rest: None }
+        Self { report, removals: None, rest: None }
     }
 }
 
@@ -177,7 +177,7 @@ pub(crate) fn cut_by_plan<const N: usize>(
         cut: Some(done.report),
         began_as_own: began_as.is_own(),
     };
-    Ok(CutByPlan { report, removals: done.removals, rest: Some(done.rest) })
+    Ok(CutByPlan { report, removals: Some(done.removals), rest: Some(done.rest) })
 }
 
 /// Default number of lines along the longer side of the cut region; and the largest number, for the

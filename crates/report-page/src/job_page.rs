@@ -64,6 +64,9 @@ fn stamp(report: &JobReport) -> (&'static str, &'static str, String) {
     let count = |is: &dyn Fn(&ToolProgramReport) -> bool| programs().filter(|p| is(p)).count();
     let n = programs().count();
     let without: usize = report.clampings.iter().map(|c| c.without_program.len()).sum();
+    let not_joined = report.clampings.iter().filter(|c| c.not_joined_because.is_some()).count();
+    let not_certified =
+        |p: &ToolProgramReport| p.certified_blocks.is_some_and(|[blocks, certified]| certified < blocks);
     match report.outcome {
         Outcome::Faulty => {
             let faulty = count(&|p| p.faults > 0);
@@ -76,7 +79,18 @@ fn stamp(report: &JobReport) -> (&'static str, &'static str, String) {
             let less = count(&|p| !p.incomplete_because.is_empty());
             ("warn", "NO FAULT, JOB NOT MET", format!("{less} of {n} programs leave more than the job permits"))
         }
+        _ if count(&not_certified) > 0 => {
+            let open = count(&not_certified);
+            (
+                "warn",
+                "NO FAULT, NOT ALL IS PROVEN",
+                format!("{open} of {n} programs have blocks that are not certified"),
+            )
+        }
         _ if without > 0 => ("warn", "NO FAULT", format!("{without} setups have nothing to cut")),
+        _ if not_joined > 0 => {
+            ("warn", "VERIFIED ONE BY ONE", format!("{not_joined} clamping(s) have no program of all tools"))
+        }
         _ => ("ok", "VERIFIED", format!("{n} programs without a fault")),
     }
 }
@@ -191,7 +205,7 @@ fn clamping_section(number: usize, clamping: &ClampingReport, tools: &[(u32, &st
     let without = clamping.without_program.join(", ");
     out += &if without.is_empty() { String::new() } else { row("nothing to cut", &without) };
     out += "</tbody></table>\n<table style=\"margin-top:6px\">";
-    out += &head(["tool and program, operations", "line", "time", "in passes", "in air, at most", "cm<sup>3</sup> cut"]);
+    out += &head(["tool and program, operations", "line", "time", "in passes", "in air, about", "cm<sup>3</sup> cut"]);
     out += "<tbody>\n";
     for program in &clamping.programs {
         out += &program_rows(program, colour(tools, program));
@@ -258,7 +272,7 @@ fn result_text(program: &ToolProgramReport) -> String {
 fn moved_text(placement: &PlacementReport) -> Option<String> {
     let moved = placement.moved_by.as_ref()?;
     let first = placement.compared_with.as_ref()?;
-    let is_same = moved.rotation_deg == 0.0 && moved.translation_mm == [0.0; 3];
+    let is_same = !turns(moved) && !shifts(moved);
     Some(if is_same {
         format!("on the table as in \"{first}\"")
     } else {
@@ -266,11 +280,21 @@ fn moved_text(placement: &PlacementReport) -> Option<String> {
     })
 }
 
+/// Returns whether a pose turns by an angle that is not 0 in its four written digits.
+fn turns(pose: &PoseReport) -> bool {
+    pose.rotation_deg.abs() >= 0.5e-4
+}
+
+/// Returns whether a pose moves by a length that is not 0 in its three written digits.
+fn shifts(pose: &PoseReport) -> bool {
+    pose.translation_mm.iter().any(|v| v.abs() >= 0.5e-3)
+}
+
 fn pose_text(pose: &PoseReport) -> String {
-    let numbers = |values: [f64; 3]| values.map(|v| format!("{v:.3}")).join(", ");
-    let turn = (pose.rotation_deg != 0.0)
-        .then(|| format!("turned {:.4} deg about ({})", pose.rotation_deg, numbers(pose.rotation_axis)));
-    let shift = (pose.translation_mm != [0.0; 3]).then(|| format!("moved by ({}) mm", numbers(pose.translation_mm)));
+    let numbers = |values: [f64; 3], digits: usize| values.map(|v| format!("{v:.digits$}")).join(", ");
+    let turn =
+        turns(pose).then(|| format!("turned {:.4} deg about ({})", pose.rotation_deg, numbers(pose.rotation_axis, 6)));
+    let shift = shifts(pose).then(|| format!("moved by ({}) mm", numbers(pose.translation_mm, 3)));
     match (turn, shift) {
         (None, None) => "the same frame".to_owned(),
         (turn, shift) => turn.into_iter().chain(shift).collect::<Vec<_>>().join(", then "),

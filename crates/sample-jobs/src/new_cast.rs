@@ -109,8 +109,8 @@ impl CastPropeller {
     }
 
     /// Returns pedestal, arbor and nut that clamp the casting where a side faces up, in the frame
-    /// of the part. The casting lies on the pedestal with the face of its hub, the arbor goes through
-    /// the bore, which is narrower than the part's, and the nut lies on the other face.
+    /// of the part. The casting lies on the pedestal with the face of its hub, the arbor goes
+    /// through the bore, which is narrower than the part's, and the nut lies on the other face.
     fn clamping(&self, side: &str, above_table: f64) -> TriMesh {
         let [low, high] = self.hub_heights(side);
         let (hub, bore) = (self.spec.hub_radius(), BORE * self.spec.hub_radius());

@@ -5,11 +5,12 @@ use facemill_job::format::job_file::{PoseFile, RoleFile, SetupFile};
 use facemill_job::format::job_report::{
     ClampingReport, JOB_REPORT_FORMAT, JobReport, PlacementReport, PoseReport, ToolProgramReport,
 };
+use facemill_job::format::program_stamp::checksum;
 use facemill_job::format::report::operations::OperationReport;
 use facemill_job::format::report::outcome::Outcome;
+use facemill_job::format::report::stock::OWN_STOCK;
 use facemill_job::frames::pose;
 use facemill_job::load::job::Job;
-use facemill_job::validate::setup_chain::follows;
 use facemill_planner::Planned;
 use nalgebra::Isometry3;
 
@@ -37,19 +38,21 @@ pub fn job_report<T>(job: &Job, planned: &[(Planned, T)], joined: &[JoinedProgra
             }
         }
         let changes = tool_changes(&programs) as f64 * change.unwrap_or(0.0);
-        let (joined_program, not_joined_because) = match of_clamping {
-            Some(JoinedProgram { name, joined: Ok(_), .. }) => (Some(name.clone()), None),
-            Some(JoinedProgram { joined: Err(why), .. }) => (None, Some(why.clone())),
-            None => (None, None),
+        let (joined_program, joined_blake3, not_joined_because) = match of_clamping {
+            Some(JoinedProgram { name, joined: Ok((text, _)), .. }) => (Some(name.clone()), Some(checksum(text)), None),
+            Some(JoinedProgram { joined: Err(why), .. }) => (None, None, Some(why.clone())),
+            None => (None, None, None),
         };
+        let first_planned = planned.iter().map(|(planned, _)| planned).find(|p| p.report.setup == at.name);
         let compared_with = first.as_ref().filter(|(first, _)| first != name);
         clampings.push(ClampingReport {
             name: name.clone(),
             time_s: programs.iter().map(|p| p.time_s).sum::<f64>() + changes,
             placement: placement(at, compared_with.map(|(name, setup)| (name.as_str(), *setup))),
-            stock: stock(setups, of.start),
+            stock: stock(at, first_planned),
             fixtures: fixtures(at),
             joined_program,
+            joined_blake3,
             not_joined_because,
             programs,
             without_program,
@@ -131,19 +134,24 @@ fn pose_report(motion: &Isometry3<f64>) -> PoseReport {
     }
 }
 
-/// Returns the stock before the setup of this index, in words.
-fn stock(setups: &[SetupFile], index: usize) -> String {
-    let own = setups[index].stock.in_words();
-    match index.checked_sub(1).map(|k| (&setups[k], follows(&setups[k], &setups[index]))) {
-        None => own,
-        Some((before, Ok(()))) => format!("what \"{}\" leaves of {own}", before.name),
-        Some((_, Err(why))) => format!("{own}; not what the clamping before leaves: {why}"),
+/// Returns the stock before a setup in words: as it is stated, and with what its program began.
+fn stock(setup: &SetupFile, planned: Option<&Planned>) -> String {
+    let by_others = setup.programs_before.len();
+    let others = if by_others == 0 { String::new() } else { format!(", cut by {by_others} program(s) of other jobs") };
+    let own = setup.stock.in_words() + &others;
+    let Some(stock) = planned.map(|planned| &planned.report.stock) else { return own };
+    match (&stock.began_as, &stock.not_cut_because) {
+        (Some(began), _) if began == OWN_STOCK => own,
+        (Some(began), _) => format!("{own}; {began}"),
+        (None, Some(why)) => format!("{own}; nothing was cut: {why}"),
+        (None, None) => own,
     }
 }
 
 fn fixtures(setup: &SetupFile) -> Vec<String> {
     let mut files: Vec<String> =
         setup.meshes.iter().filter(|mesh| mesh.role == RoleFile::Fixture).map(|mesh| mesh.file.clone()).collect();
+    files.sort();
     files.dedup();
     files
 }

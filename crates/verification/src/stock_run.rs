@@ -103,9 +103,9 @@ pub struct BlockRemoval {
     pub line: u32,
     /// Volume, mm³.
     pub removed_mm3: f64,
-    /// Whether it is in air: around it, twice the distance of the stock's lines either way along
-    /// the tip's path, no line loses material, and lines cover all stock that it may reach.
-    /// Material between the lines is not seen, so no more than this is in air.
+    /// Whether it is in air: no line loses material in it, nor within twice the distance of the
+    /// lines along the tip's path, and lines cover all stock that it may reach. It is an estimate:
+    /// material between the lines is not seen, and air beside material is not counted.
     pub is_in_air: bool,
 }
 

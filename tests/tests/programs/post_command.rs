@@ -194,7 +194,7 @@ fn the_unit_of_a_file_without_units_is_that_of_the_option() {
     let said = posted(&inches.replace("MULTAX", "UNITS/INCHES\nMULTAX"), &[]);
     let given = posted(inches, &["--cl-unit", "inch"]);
     assert_eq!((&given.0, &said.1), (&said.0, &json!([])));
-    assert_eq!(given.1[0]["text"], json!("UNITS is missing: lengths are taken as inches, as given beside the file"));
+    assert_eq!(given.1[0]["text"], json!("UNITS is missing: lengths are in inches, the unit given beside the file"));
     let (as_mm, notes) = posted(inches, &[]);
     assert!(as_mm != given.0 && notes[0]["text"] == json!("UNITS is missing: lengths are taken as mm"), "{notes}");
     job.write("part.apt", inches.replace("MULTAX", "UNITS/INCHES\nMULTAX").as_bytes());

@@ -289,7 +289,7 @@ fn a_unit_beside_the_file_is_as_units_at_its_beginning() {
         assert_eq!(unit_note(&said), None);
         assert_eq!(
             unit_note(&given),
-            Some(format!("UNITS is missing: lengths are taken as {unit}, as given beside the file"))
+            Some(format!("UNITS is missing: lengths are in {unit}, the unit given beside the file"))
         );
     }
     assert_eq!(unit_note(&read_apt(text).unwrap()).as_deref(), Some("UNITS is missing: lengths are taken as mm"));

@@ -105,6 +105,23 @@ fn from_before_the_tool_and_gohome_at_its_end_are_what_the_program_does_anyway()
     // Lines of the file are no part of the program.
     assert_eq!(with.text, plain.text);
     assert!(with.report.is_clean(), "{:?}", with.report.faults);
+    // What is switched between FROM and the call is the header's.
+    for between in
+        ["SPINDL/900,RPM,CLW\n", "SPINDL/OFF\n", "COOLNT/FLOOD\n", "SPINDL/900,RPM,CCLW\nCOOLNT/MIST\nGOHOME\n"]
+    {
+        let plain = stage.post(&text(between, ""));
+        let with = stage.post(&text(&format!("FROM/0,0,300\n{between}"), ""));
+        assert_eq!(with.text, plain.text, "{between}");
+    }
+    // With a cut behind the call, the tool comes to it from there.
+    let begins = |from: &str| {
+        format!(
+            "UNITS/MM\nMULTAX/ON\n{from}LOADTL/7\nSPINDL/3000,RPM,CLW\nFEDRAT/600,MMPM\nGOTO/5,0,50,0.2,0,1\nRAPID\nGOTO/0,0,60\nFINI"
+        )
+    };
+    assert!(stage.refused(&begins("")).contains("the tool begins with a cut"));
+    let reached = stage.reached(&stage.post(&begins("FROM/0,0,90,0.2,0,1\n")).text);
+    assert!(reached[0].is_rapid && (reached[0].cl.tip.z - 90.0).abs() < 1e-3, "{}", reached[0].cl.tip);
     let notes: Vec<&str> = with.report.notes.iter().map(|note| note.text.as_str()).collect();
     for word in ["FROM before the tool is called", "GOHOME: the tool goes home"] {
         assert!(notes.iter().any(|note| note.starts_with(word)), "{notes:?}");

@@ -282,8 +282,11 @@ fn job_page(folder: &Path) -> Result<Option<(PathBuf, Vec<u8>)>, Failure> {
             "format is \"{found}\", and this version reads \"{JOB_REPORT_FORMAT}\": plan again"
         )));
     }
-    for program in report.clampings.iter().flat_map(|clamping| &clamping.programs) {
-        let (Some(name), Some(blake3)) = (program.programs.first(), &program.blake3) else { continue };
+    let programs = report.clampings.iter().flat_map(|clamping| &clamping.programs);
+    let programs = programs.map(|program| (program.programs.first(), &program.blake3));
+    let joined = report.clampings.iter().map(|clamping| (clamping.joined_program.as_ref(), &clamping.joined_blake3));
+    for (name, blake3) in programs.chain(joined) {
+        let (Some(name), Some(blake3)) = (name, blake3) else { continue };
         if ProgramStamp::new(Path::new(name), &files::read(&folder.join(name))?).blake3 != *blake3 {
             return Err(wrong(format!("describes another program than {name}: plan again")));
         }

@@ -61,7 +61,7 @@ pub(crate) struct PlanArguments {
     /// Write chips.csv: chip area, tip feed and removal rate at every CC point
     #[arg(long)]
     chips: bool,
-    /// Do not write report.html, setup-sheet.html and postures.json
+    /// Do not write report.html, setup-sheet.html, job-report.html and postures.json
     #[arg(long)]
     no_html: bool,
     /// Output file for machine, part and tool in motion, for other viewers; of a job with one setup

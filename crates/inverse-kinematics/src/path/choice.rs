@@ -101,7 +101,7 @@ pub struct PathSettings {
 }
 
 impl PathSettings {
-    /// Returns weights of 1, a cone of 5°, and any solution at the begin.
+    /// Returns weights of 1, a cone of 5°, and any solution at the start.
     pub fn new(machine: &Machine) -> Self {
         let weights = AxisValues::from_fn(machine.axes().len(), |_| 1.0);
         Self { weights, singular_cone: 5.0_f64.to_radians(), begins_at_start: false }

@@ -62,6 +62,8 @@ pub struct ClampingReport {
     pub fixtures: Vec<String>,
     /// File of the program with all of its tools, if one is written.
     pub joined_program: Option<String>,
+    /// BLAKE3 checksum of it, 64 hexadecimal digits; `null` if there is none.
+    pub joined_blake3: Option<String>,
     /// Reason why there is none; `null` also for one tool.
     pub not_joined_because: Option<String>,
     /// The programs of its tools, in their order.
@@ -82,7 +84,7 @@ pub struct PlacementReport {
     /// Clamping that this one is compared with: the first one; `null` for that itself.
     pub compared_with: Option<String>,
     /// Motion of the part on the table from its position in that clamping to the one in this:
-    /// first the turn about the table's origin, then the translation.
+    /// first the turn about the table's origin, then the translation. `null` for the first one.
     pub moved_by: Option<PoseReport>,
 }
 
@@ -104,9 +106,9 @@ pub struct ToolProgramReport {
     pub setup: String,
     /// Its file, and those of further channels.
     pub programs: Vec<String>,
-    /// BLAKE3 checksum of the first of them, 64 hexadecimal digits.
+    /// BLAKE3 checksum of the first of them, 64 hexadecimal digits; `null` if there is none.
     pub blake3: Option<String>,
-    /// Line of the joined program with the change to this tool.
+    /// Line of the joined program with the change to this tool; `null` if that is not written.
     pub line_in_joined: Option<u32>,
     /// File of its report.
     pub report: String,

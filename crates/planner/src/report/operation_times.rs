@@ -10,13 +10,14 @@ use facemill_virtual_machine::GougeSection;
 use crate::program::timed::Timed;
 
 /// Returns the reports of a program's operations, which begin at the lines of `sections`;
-/// `removals` are those of its cutting blocks, empty if the stock was not cut.
+/// `removals` are those of its cutting blocks; `None` if the stock was not cut.
 pub(crate) fn operation_times(
     sections: &[GougeSection],
     timed: &Timed,
-    removals: &[BlockRemoval],
+    removals: Option<&[BlockRemoval]>,
 ) -> Vec<OperationReport> {
-    let is_cut = !removals.is_empty();
+    let is_cut = removals.is_some();
+    let removals = removals.unwrap_or_default();
     let of = |s: &GougeSection| OperationReport {
         operation: s.name.clone(),
         first_line: s.first_line,

@@ -31,7 +31,7 @@ fn program(number: u32, operations: Vec<OperationReport>) -> ToolProgramReport {
         verified: true,
         faults: 0,
         other_findings: 0,
-        certified_blocks: Some([90, 88]),
+        certified_blocks: Some([90, 90]),
         planned_fraction: 1.0,
         incomplete_because: Vec::new(),
         operations,
@@ -57,6 +57,7 @@ fn report() -> JobReport {
         stock: "a <box>".to_owned(),
         fixtures: Vec::new(),
         joined_program: Some("program.nc".to_owned()),
+        joined_blake3: None,
         not_joined_because: None,
         programs,
         without_program: Vec::new(),
@@ -118,12 +119,12 @@ fn the_page_says_times_positions_and_results() {
     let text = page(&report);
     for part in [
         "0:30:30 on the machine in 2 clamping(s), with 1 tool change(s) of 30 s",
-        "on the table, from its position in &quot;suction&quot;: turned 180.0000 deg about (1.000, 0.000, 0.000), then moved by (0.000, 0.000, 1000.000) mm",
-        "88 of 90 blocks certified",
+        "on the table, from its position in &quot;suction&quot;: turned 180.0000 deg about (1.000000, 0.000000, 0.000000), then moved by (0.000, 0.000, 1000.000) mm",
+        "90 of 90 blocks certified",
         "T2 mill &lt;8 &amp; &quot;12&quot;&gt;</td><td style=\"text-align:right;white-space:nowrap\">120.0</td>",
         "12.5 %",
         "<a href=\"report-2.html\">program-2.nc</a>",
-        "VERIFIED",
+        "<p class=\"stamp ok\">VERIFIED<small>3 programs",
     ] {
         assert!(text.contains(part), "{part}: {text}");
     }
@@ -147,6 +148,12 @@ fn the_stamp_is_that_of_the_worst_program() {
         "{faulty}"
     );
     assert!(stamped(&|r| r.clampings[0].programs[0].verified = false).contains("NOT VERIFIED<small>1 of 3"));
+    let open = stamped(&|r| r.clampings[0].programs[0].certified_blocks = Some([90, 88]));
+    assert!(open.contains("<p class=\"stamp warn\">NO FAULT, NOT ALL IS PROVEN<small>1 of 3"), "{open}");
+    let apart = stamped(&|r| r.clampings[1].not_joined_because = Some("line 40 is not as in it".to_owned()));
+    assert!(apart.contains("stamp warn\">VERIFIED ONE BY ONE<small>1 clamping"), "{apart}");
+    let idle = stamped(&|r| r.clampings[1].without_program.push("pressure 2 ball".to_owned()));
+    assert!(idle.contains("stamp warn\">NO FAULT<small>1 setups") && idle.contains("pressure 2 ball"), "{idle}");
     let less = stamped(&|r| {
         r.outcome = Outcome::Incomplete;
         r.clampings[0].programs[1].incomplete_because.push("cusp too high".to_owned());

@@ -136,7 +136,8 @@ fn the_unit_of_a_path_is_that_of_a_file_without_units() {
     let cm = ("/operations/0/path/cl/unit", json!("cm"));
     let planned = plate(text, std::slice::from_ref(&cm)).plan();
     let [report] = &planned.report.cl_paths[..] else { panic!("one operation") };
-    assert!((report.length_mm - 240.0).abs() < 1e-6 && report.notes.is_empty(), "{report:?}");
+    assert!((report.length_mm - 240.0).abs() < 1e-6, "{report:?}");
+    assert_eq!(report.notes, ["UNITS is missing: lengths are in cm, the unit given beside the file"]);
     let refused = plate(&format!("UNITS/MM\n{text}"), &[cm]).try_plan();
     let why = refused.err().expect("another unit").to_string();
     assert!(why.contains("part.apt: line 1, column 1: UNITS: it is not the unit"), "{why}");

@@ -126,7 +126,9 @@ fn layers_take_the_stock_one_by_one_and_no_body_meets_what_is_left() {
     assert!(planned_on(2).starts_with("all that \"top 1 tool\" may leave, on lines 0."), "{}", planned_on(2));
     assert!(planned_on(3).contains("\"top 1 tool\", \"top 2 tool\""), "{}", planned_on(3));
     let checked = facemill_in(&job, "check job.json");
-    for words in ["operation \"rough 1 of 2\"", "links are planned on all that may be left of it"] {
+    for words in
+        ["T1: \"rough 1 of 2\", parallel planes, 2.2 mm left", "links are planned on all that may be left of it"]
+    {
         assert!(checked.prints(&[words]), "{words}: {}", checked.printed);
     }
 

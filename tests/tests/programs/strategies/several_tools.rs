@@ -281,6 +281,7 @@ fn the_first_tool_comes_again_and_each_clamping_has_its_program() {
         assert_eq!(code_and_errors(&output).0, 0, "{}", String::from_utf8_lossy(&output.stdout));
     }
     assert_job_report(&job, &planned);
+    assert_described(&job);
     // A batch has a task for each tool of each setup.
     let batch = json!({ "format": "facemill-batch/1", "jobs": { "list": ["job.json"] } });
     job.write("batch.json", batch.to_string().as_bytes());
@@ -294,6 +295,23 @@ fn the_first_tool_comes_again_and_each_clamping_has_its_program() {
     let planned = facemill_in(&job, &format!("plan job.json --no-html --out {}", out.display()));
     assert!(planned.code == 0 && planned.prints(&["not written", "LBL 99"]), "{}{}", planned.printed, planned.errors);
     assert!(!out.join("program-top.h").exists() && !out.join("program-again.h").exists());
+}
+
+/// Asserts that `check` has a line for each operation of the five programs, and says once what
+/// holds for several.
+fn assert_described(job: &JobFolder) {
+    let checked = facemill_in(job, "check job.json");
+    assert_eq!(checked.code, 0, "{}", checked.errors);
+    let lines: Vec<&str> = checked.printed.lines().map(str::trim).collect();
+    let count = |begin: &str| lines.iter().filter(|line| line.starts_with(begin)).count();
+    assert_eq!([count("tool T1"), count("tool T7"), count("the part is")], [1, 1, 1], "{}", checked.printed);
+    assert_eq!([count("clamping \"top\""), count("clamping \"again\"")], [1, 1], "{}", checked.printed);
+    for (tool, name, is_first) in
+        [("T1", "a", true), ("T7", "b", false), ("T1", "c", false), ("T1", "d", true), ("T7", "e", false)]
+    {
+        let on = if is_first { "" } else { ", on what is left" };
+        assert_eq!(count(&format!("{tool}{on}: \"{name}\", ")), 1, "{}", checked.printed);
+    }
 }
 
 /// Asserts that the report on a planned job says of its five programs what their reports say.
@@ -331,7 +349,7 @@ fn assert_job_report(job: &JobFolder, planned: &CommandOutput) {
     assert_eq!((&of_job["tool_changes"], &of_job["tool_change_s"]), (&json!(3), &json!(12.5)));
     let placed = |k: usize| &clampings[k]["placement"];
     assert_eq!((&placed(0)["moved_by"], &placed(1)["compared_with"]), (&Value::Null, &json!("top")));
-    assert_eq!(clampings[1]["stock"].as_str().map(|s| s.starts_with("what \"top 3 mill\" leaves")), Some(true));
+    assert_eq!(clampings[1]["stock"].as_str().map(|s| s.contains("the rest of setup \"top 3 mill\"")), Some(true));
     assert!(planned.prints(&["5 program(s) in 2 clamping(s)", "3 tool change(s) of 12.5 s"]), "{}", planned.printed);
 }
 

@@ -19,8 +19,8 @@ pub struct OperationReport {
     pub approach_time_s: f64,
     /// Time in rapids, s.
     pub rapid_time_s: f64,
-    /// Share of the time in passes in which the cutter is in air (`stock.cut.blocks_in_air`), from
-    /// 0 to 1: the largest that it can be. `null` if the stock was not cut, and without passes.
+    /// Share of the time in passes that blocks in air take (`stock.cut.blocks_in_air`), from 0 to
+    /// 1. It is an estimate. `null` if the stock was not cut, and without passes.
     pub air_share: Option<f64>,
     /// Volume that it removes, mm³; `null` if the stock was not cut.
     pub removed_mm3: Option<f64>,
@@ -36,7 +36,7 @@ impl OperationReport {
     /// Returns the line of the summary.
     #[must_use]
     pub fn summary_line(&self) -> String {
-        let air = self.air_share.map_or_else(String::new, |share| format!(", at most {:.1} % in air", 100.0 * share));
+        let air = self.air_share.map_or_else(String::new, |share| format!(", about {:.1} % in air", 100.0 * share));
         let removed = self.removed_mm3.map_or_else(String::new, |mm3| format!("; {:.1} cm3 cut", mm3 / 1000.0));
         format!(
             "  operation         \"{}\" {}, {} in passes{air}{removed}",

@@ -74,8 +74,9 @@ pub struct StockReport {
     /// the first. Absent with one head.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub removed_by_heads_mm3: Vec<f64>,
-    /// Cutting blocks in air: around which, twice `cell_mm` either way along the tip's path, no
-    /// line loses material. Material between the lines is not seen, so no more blocks are in air.
+    /// Cutting blocks in air: no line loses material in them, nor within twice `cell_mm` of them
+    /// along the tip's path. It is an estimate: material between the lines is not seen, and air
+    /// beside material is not counted.
     pub blocks_in_air: usize,
     /// Low and high corner of the rectangle that has lines, x and y of the lines' frame, mm.
     pub region_mm: [[f64; 2]; 2],

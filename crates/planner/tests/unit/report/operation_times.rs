@@ -21,7 +21,7 @@ fn program() -> (Vec<GougeSection>, Timed, Vec<BlockRemoval>) {
 #[test]
 fn every_motion_counts_for_one_operation_and_those_before_the_first_for_it() {
     let (sections, timed, removals) = program();
-    let [first, second] = operation_times(&sections, &timed, &removals).try_into().unwrap();
+    let [first, second] = operation_times(&sections, &timed, Some(&removals)).try_into().unwrap();
     let all: f64 = timed.line_times.iter().map(|block| block.time).sum();
     assert_eq!(first.time_s() + second.time_s(), all);
     assert_eq!(
@@ -38,9 +38,9 @@ fn every_motion_counts_for_one_operation_and_those_before_the_first_for_it() {
 #[test]
 fn the_share_in_air_is_that_of_the_passes_alone() {
     let (sections, timed, removals) = program();
-    let [first, second] = operation_times(&sections, &timed, &removals).try_into().unwrap();
+    let [first, second] = operation_times(&sections, &timed, Some(&removals)).try_into().unwrap();
     assert_eq!([first.air_share, second.air_share], [Some(5.0 / 11.0), Some(0.0)]);
     assert_eq!([first.removed_mm3, second.removed_mm3], [Some(5.0), Some(12.0)]);
-    let unknown = operation_times(&sections, &timed, &[]);
+    let unknown = operation_times(&sections, &timed, None);
     assert!(unknown.iter().all(|o| o.air_share.is_none() && o.removed_mm3.is_none()), "{unknown:?}");
 }
