@@ -37,8 +37,10 @@ pub fn read_apt_in(text: impl AsRef<[u8]>, unit: Option<ClUnit>) -> Result<AptFi
     let mut reader = AptReader { file, unknown: BTreeMap::new(), state };
     for statement in Statements::new(text.as_ref()) {
         if statement.is_too_long {
-            let why = "a statement of more than 100,000 characters: this is no CL file, or `$` at the ends of lines joins them all";
-            let word = statement.text.split(['/', ' ']).next().unwrap_or_default().to_owned();
+            let why =
+                "it has more than 100,000 characters: this is no CL file, or `$` at the ends of lines joins them all";
+            let word = statement.text.split(['/', ' ']).next().filter(|word| !word.is_empty());
+            let word = word.unwrap_or("statement").to_owned();
             return Err(statement.error(0, ReadFault::Statement { word, why }));
         }
         let meaning = reader.statement(&statement)?;
