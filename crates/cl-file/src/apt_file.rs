@@ -83,6 +83,8 @@ pub struct AptFile {
     pub arcs: Vec<AptArc>,
     /// Major words that were kept without evaluation, by first appearance.
     pub unknown: Vec<AptUnknownWord>,
+    /// Remarks on how statements were taken, one of each kind, with its first line.
+    pub remarks: Vec<(u32, &'static str)>,
     /// Unit that was given beside the file: that of one without UNITS.
     pub given_unit: Option<ClUnit>,
 }

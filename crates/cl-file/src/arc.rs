@@ -24,6 +24,8 @@ pub(crate) fn circle(raw: &RawStatement, values: &[(usize, &str)], unit: f64) ->
             if let Some(&next) = values.next() {
                 angle = Some(raw.number(next)?.to_radians());
             }
+        } else if value.eq_ignore_ascii_case("TIMES") {
+            return Err(fault(raw, "TIMES (several turns) is not followed: write the arc as GOTO points"));
         } else if !["CENTER", "AXIS", "RADIUS"].iter().any(|word| value.eq_ignore_ascii_case(word)) {
             // A name: the circle is defined elsewhere.
             if numbers.is_empty() && value.starts_with(|c: char| c.is_ascii_alphabetic()) {

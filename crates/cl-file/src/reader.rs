@@ -49,6 +49,9 @@ pub fn read_apt_in(text: impl AsRef<[u8]>, unit: Option<ClUnit>) -> Result<AptFi
     Ok(reader.file)
 }
 
+/// Largest distance of the length of a tool axis from 1: a few digits are enough for that.
+const UNIT_LENGTH: f64 = 1e-2;
+
 struct AptReader {
     file: AptFile,
     /// Index of every unknown word.
@@ -70,6 +73,8 @@ struct State {
     is_rapid: bool,
     is_arc: bool,
     is_cycle: bool,
+    /// Whether MULTAX/OFF holds.
+    is_multax_off: bool,
     frame: Option<u32>,
     /// Index of the arc that the next point ends.
     arc: Option<u32>,
@@ -99,6 +104,7 @@ impl Default for State {
             is_rapid: false,
             is_arc: false,
             is_cycle: false,
+            is_multax_off: false,
             frame: None,
             arc: None,
             direction: None,
@@ -148,6 +154,7 @@ impl AptReader {
             }
             "MULTAX" => {
                 let is_on = !has(&values, "OFF");
+                self.state.is_multax_off = !is_on;
                 if !is_on {
                     self.state.axis = Vector3::z_axis();
                 }
@@ -303,8 +310,15 @@ impl AptReader {
             .filter(|(_, rest)| matches!((word, rest.len()), ("GODLTA", 0) | ("GOTO" | "FROM", 0 | 3)))
             .ok_or_else(|| fault(raw, word, "expected x, y, z or x, y, z, i, j, k"))?;
         if let &[i, j, k] = axis {
-            let axis = Unit::try_new(Vector3::new(i, j, k), 1e-9);
-            self.state.axis = axis.ok_or_else(|| fault(raw, word, "the axis has length zero"))?;
+            let axis = Unit::try_new_and_get(Vector3::new(i, j, k), 1e-9);
+            let (axis, length) = axis.ok_or_else(|| fault(raw, word, "the axis has length zero"))?;
+            self.state.axis = axis;
+            if (length - 1.0).abs() > UNIT_LENGTH {
+                self.remark(raw.line, "the tool axis of a point has not the length 1: only its direction is taken");
+            }
+            if self.state.is_multax_off {
+                self.remark(raw.line, "a point behind MULTAX/OFF has a tool axis: it is taken");
+            }
         }
         let given = Vector3::new(x, y, z) * self.state.unit;
         let tip = match (word, self.state.tip) {
@@ -316,6 +330,13 @@ impl AptReader {
             return Err(fault(raw, word, "a coordinate is too large"));
         }
         self.push_point(raw, word, tip)
+    }
+
+    /// Adds a remark, unless there is one of its kind.
+    fn remark(&mut self, line: u32, text: &'static str) {
+        if self.file.remarks.iter().all(|(_, before)| *before != text) {
+            self.file.remarks.push((line, text));
+        }
     }
 
     fn push_point(&mut self, raw: &RawStatement, word: &str, tip: Point3<f64>) -> Result<AptMeaning, ReadError> {

@@ -297,6 +297,7 @@ impl<'a> CutReader<'a> {
             ));
         }
         self.out.notes.extend(unit_note(self.file));
+        self.out.notes.extend(self.file.remarks.iter().map(|(line, text)| format!("line {line}: {text}")));
         if !self.is_ended {
             self.out.notes.push("FINI is missing: the file may be cut off".to_owned());
         }

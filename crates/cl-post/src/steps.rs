@@ -580,6 +580,7 @@ impl<'a> StepReader<'a> {
             return Err(PostFault::Whole("no statement moves the tool (GOTO, FROM, GODLTA)".to_owned()));
         }
         self.out.notes.extend(unit_note(self.file).map(PostNote::whole));
+        self.out.notes.extend(self.file.remarks.iter().map(|(line, text)| PostNote::at(*line, *text)));
         if !self.is_ended {
             self.out.notes.push(PostNote::whole("FINI is missing: the file may be cut off"));
         }

@@ -263,6 +263,18 @@ fn a_cutter_before_units_is_in_the_unit_of_the_file() {
 }
 
 #[test]
+fn tool_axes_that_are_taken_in_another_way_than_written_are_remarked_once() {
+    let text = "MULTAX/ON\nGOTO/0,0,0,0,0,1\nGOTO/0,0,0,0,0,5\nGOTO/0,0,1,0,3,0\nMULTAX/OFF\nGOTO/1,2,3\nGOTO/1,2,3,0,0,1\n\
+                GOTO/1,2,3,0,0,1";
+    let file = read_apt(text).unwrap();
+    let lines: Vec<u32> = file.remarks.iter().map(|(line, _)| *line).collect();
+    assert_eq!(lines, [3, 7], "{:?}", file.remarks);
+    assert_eq!(file.points[2].cl.axis.into_inner(), nalgebra::Vector3::y());
+    let why = read_apt("GOTO/5,0,0\nCIRCLE/0,0,0,0,0,1,5,TIMES,1").unwrap_err().to_string();
+    assert!(why.starts_with("line 2") && why.contains("TIMES (several turns) is not followed"), "{why}");
+}
+
+#[test]
 fn a_statement_of_a_megabyte_is_refused_with_its_line() {
     let long = "1,".repeat(500_000);
     let joined = format!("GOTO/1,2,3\nGOTO/{}", "1,$\n".repeat(60_000));
