@@ -143,6 +143,7 @@ fn places(value: &Value, key: &str, at: &str, found: &mut Vec<String>) {
 fn full() -> Value {
     let mut file: Value = serde_json::from_str(preset_head_b_table_c()).unwrap();
     file["feed"]["rapid_mm_min"] = json!(24_000);
+    file["tool_change_s"] = json!(15);
     let c = &mut file["workpiece_chain"]["rows"][0]["joint"]["revolute"];
     c["max_wind_up_turns"] = json!(10);
     c["home_deg"] = json!(0);
