@@ -83,8 +83,8 @@ fn tasks_of_two_setups_have_the_bytes_of_the_plan_of_both() {
         let began_as = &report["stock"]["began_as"];
         assert_eq!(began_as.as_str().is_some_and(|text| text.contains("rest of setup")), k == 1, "{began_as}");
     }
-    // All but the times of the stages.
-    assert_eq!(n + 1, std::fs::read_dir(folder).unwrap().count());
+    // All but the times of the stages and the report on the whole job.
+    assert_eq!(n + 2, std::fs::read_dir(folder).unwrap().count());
 }
 
 #[test]
