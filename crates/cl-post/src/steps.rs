@@ -382,7 +382,6 @@ impl<'a> StepReader<'a> {
         {
             self.part.cutters.push((line, cutter.clone()));
         }
-        self.part.points += 1;
         self.has_lengths = true;
         self.count_moves(1, point.line)?;
         if let Some(line) = self.part.home {
@@ -391,20 +390,12 @@ impl<'a> StepReader<'a> {
             return Err(PostFault::at(line, why));
         }
         if point.kind == AptPointKind::Start && !self.part.has_moved && !self.part.is_called_behind_start {
-            self.part.points -= 1;
             self.part.starts.push((point.line, cl));
             self.at = Some(cl);
             return Ok(());
         }
-        self.begin_at_start(point.kind);
-        if !self.part.has_moved {
-            self.part.coolant = Some(self.coolant);
-            self.part.has_moved = true;
-            // The header starts the spindle.
-            if self.is_said_off {
-                self.part.steps.push(Step::SpindleOff);
-            }
-        }
+        self.part.points += 1;
+        self.begin_part(point.kind);
         let to = |cl: ClPoint, feed: Option<f64>, is_point: bool| {
             Step::Move(PathMove { line: point.line, cl, feed, is_point, is_chord: false })
         };
@@ -452,9 +443,19 @@ impl<'a> StepReader<'a> {
         Ok(())
     }
 
-    /// Writes the points of FROM before the first point of another kind. Left out where the tool is
-    /// called behind them and then moves at rapid rate: it comes from home by the template.
-    fn begin_at_start(&mut self, first: AptPointKind) {
+    /// Begins the moves of a part with those to the points of FROM before its first point of
+    /// another kind; does nothing behind a move. They are left out where the tool is called behind
+    /// them and then moves at rapid rate: it comes from home by the template.
+    fn begin_part(&mut self, first: AptPointKind) {
+        if self.part.has_moved {
+            return;
+        }
+        self.part.coolant = Some(self.coolant);
+        self.part.has_moved = true;
+        // The header starts the spindle.
+        if self.is_said_off {
+            self.part.steps.push(Step::SpindleOff);
+        }
         let starts = std::mem::take(&mut self.part.starts);
         let is_cut = matches!(first, AptPointKind::Linear | AptPointKind::Arc);
         if self.part.is_called_behind_start && !is_cut {
@@ -465,8 +466,6 @@ impl<'a> StepReader<'a> {
         }
         for (line, cl) in starts {
             self.part.points += 1;
-            self.part.has_moved = true;
-            self.part.coolant = Some(self.coolant);
             self.part.steps.push(Step::Move(PathMove { line, cl, feed: None, is_point: true, is_chord: false }));
         }
     }
@@ -572,7 +571,9 @@ impl<'a> StepReader<'a> {
 
     fn finish(mut self) -> Result<FileSteps, PostFault> {
         // FROM alone is a move, too.
-        self.begin_at_start(AptPointKind::Linear);
+        if !self.part.starts.is_empty() {
+            self.begin_part(AptPointKind::Linear);
+        }
         if self.part.has_moved {
             self.end_part()?;
         }

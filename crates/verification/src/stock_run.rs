@@ -185,8 +185,7 @@ pub fn cut_stock<const N: usize>(
     let report = StockReport {
         lines_along,
         walls_not_seen,
-        blocks_in_air: removals.iter().filter(|b| b.is_in_air).count(),
-        ..stock_report(&rest, volume, cut.tolerance, &runs, &beyond)
+        ..stock_report(&rest, volume, cut.tolerance, (&runs, &removals), &beyond)
     };
     Ok(CutDone { report, runs, removals, not_covered, before, rest, across })
 }
@@ -239,7 +238,7 @@ fn stock_report(
     rest: &DexelMap,
     before: f64,
     tolerance: f64,
-    runs: &[StockRun],
+    (runs, removals): (&[StockRun], &[BlockRemoval]),
     not_covered: &BTreeSet<u32>,
 ) -> StockReport {
     let by_heads: Vec<f64> = runs.iter().map(|run| run.removed_mm3).collect();
@@ -253,7 +252,7 @@ fn stock_report(
         before_mm3: before,
         removed_mm3: by_heads.iter().sum(),
         removed_by_heads_mm3: if by_heads.len() > 1 { by_heads } else { Vec::new() },
-        blocks_in_air: 0,
+        blocks_in_air: removals.iter().filter(|b| b.is_in_air).count(),
         region_mm: [grid.origin(), far],
         blocks_not_covered: not_covered.len(),
         first_line_not_covered: not_covered.first().copied(),

@@ -174,6 +174,48 @@ fn the_branch_of_the_first_point_is_the_one_that_is_wanted() {
     }
 }
 
+/// With C at ±200 degrees a whole turn from C0 leaves the range, and one from the other solution,
+/// C-180, does not: the path begins there, unless the side of C0 is requested.
+#[test]
+fn a_path_begins_with_another_solution_where_the_nearest_one_turns_anew() {
+    use facemill_inverse_kinematics::machine_file::{Joint, RevoluteRange};
+    use facemill_inverse_kinematics::{Branch, BranchPreference, Machine};
+    let mut stage = Stage::fanuc("head-b-table-c", 4);
+    let mut file = stage.machine.to_file();
+    for row in &mut file.workpiece_chain.rows {
+        if let Some(Joint::Revolute(joint)) = &mut row.joint {
+            joint.range = RevoluteRange::Limited { min_deg: -200.0, max_deg: 200.0 };
+        }
+    }
+    stage.machine = Machine::from_file(file).unwrap();
+    let pose = |k: usize| {
+        let (sin, cos) = (std::f64::consts::PI + std::f64::consts::TAU * k.min(72) as f64 / 72.0).sin_cos();
+        let axis = nalgebra::Unit::new_normalize(nalgebra::Vector3::new(0.35 * cos, 0.35 * sin, 0.94));
+        FilePose {
+            cl: ClPoint { tip: nalgebra::Point3::new(50.0 * cos, 50.0 * sin, 20.0), axis },
+            is_rapid: k % 73 == 0,
+        }
+    };
+    let text = file_of(&(0..=73).map(pose).collect::<Vec<_>>(), ("MM", 1.0));
+    let near = stage.machine.nearest_inverse(
+        &pose(0).cl.transformed(&stage.table_from_work),
+        LENGTH,
+        None,
+        BranchPreference::Nearest,
+    );
+    let near = near.unwrap();
+    let c = stage.machine.axis_index("C").unwrap();
+    assert!(near[c].abs() < 1e-6, "{}", near[c]);
+    let with = |branch| PostOptions { branch, retract: None, ..PostOptions::new("test") };
+    let why = |branch| stage.post_with(&text, &with(branch)).err().map(|why| why.to_string()).unwrap_or_default();
+    let requested = match stage.machine.branch_of(&near) {
+        Branch::Positive => BranchPreference::Positive,
+        Branch::Negative => BranchPreference::Negative,
+    };
+    assert!(why(requested).contains("within the cut: the tool has to be lifted there"), "{}", why(requested));
+    assert_eq!(why(BranchPreference::Nearest), "");
+}
+
 #[test]
 fn the_unit_of_a_file_does_not_matter() {
     let stage = Stage::fanuc("head-b-table-c", 3);

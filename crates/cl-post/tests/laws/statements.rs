@@ -113,6 +113,15 @@ fn from_before_the_tool_and_gohome_at_its_end_are_what_the_program_does_anyway()
         let with = stage.post(&text(&format!("FROM/0,0,300\n{between}"), ""));
         assert_eq!(with.text, plain.text, "{between}");
     }
+    // Behind the call it is a move, with the spindle as the file has it.
+    let off = |from: &str| {
+        format!(
+            "LOADTL/7\nSPINDL/3000,RPM,CLW\nSPINDL/OFF\n{from}RAPID\nGOTO/0,0,60\nSPINDL/ON\nFEDRAT/600,MMPM\nGOTO/5,0,50\nRAPID\nGOTO/0,0,60\nFINI"
+        )
+    };
+    let words = |text: &str, word: &str| text.split_whitespace().filter(|w| *w == word).count();
+    let [bare, moved] = ["", "FROM/0,0,90\n"].map(|from| stage.post(&off(from)).text);
+    assert_eq!([words(&bare, "M5"), words(&bare, "M3")], [words(&moved, "M5"), words(&moved, "M3")], "{moved}");
     // With a cut behind the call, the tool comes to it from there.
     let begins = |from: &str| {
         format!(

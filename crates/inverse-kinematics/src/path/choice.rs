@@ -96,7 +96,8 @@ pub struct PathSettings {
     pub weights: AxisValues,
     /// Half angle of the cone about the singular direction within which poses are reported, rad.
     pub singular_cone: f64,
-    /// Whether the path begins with the solution at `start`, if that is one of the first pose.
+    /// Whether the path begins with the solution at `start`, with any full turns, if that is one of
+    /// the first pose.
     pub begins_at_start: bool,
 }
 

@@ -200,6 +200,36 @@ fn no_other_sequence_is_cheaper() {
     assert!(n_compared > 100 && n_breaks > 20 && n_turns > 10, "{n_compared} {n_breaks} {n_turns}");
 }
 
+/// A path that begins at a solution keeps it, and the best of them needs as few changes as a free
+/// one.
+#[test]
+fn a_path_begins_with_the_solution_that_it_is_given() {
+    let mut random = Random(44);
+    let (mut n, mut n_worse) = (0, 0);
+    for machine in families() {
+        let machine = with_range(&machine, &["A", "B", "C"], Some((-210.0, 250.0)));
+        for _ in 0..10 {
+            let (poses, segments) = short_path(&machine, &mut random, 0.9);
+            let Ok(free) = choose(&machine, &poses, &segments) else { continue };
+            let changes = |choice: &PathChoice| (choice.breaks.len(), choice.link_turns.len());
+            let settings = PathSettings { begins_at_start: true, ..PathSettings::new(&machine) };
+            let mut all = Vec::new();
+            for start in machine.all_solutions(&poses[0], LENGTH).unwrap().iter().map(|s| s.values) {
+                let choice = choose_along(&machine, &poses, &segments, Some(&start), LENGTH, &settings).unwrap();
+                for k in (0..5).filter(|&k| machine.axes()[k].kind == AxisKind::Rotary) {
+                    let turns = (choice.values[0][k] - start[k]) / TAU;
+                    assert!((turns - turns.round()).abs() < 1e-6, "{start:?} {:?}", choice.values[0]);
+                }
+                all.push(changes(&choice));
+            }
+            assert_eq!(all.iter().min(), Some(&changes(&free)));
+            n += 1;
+            n_worse += usize::from(all.iter().max() > Some(&changes(&free)));
+        }
+    }
+    assert!(n > 100 && n_worse > 20, "{n} {n_worse}");
+}
+
 #[test]
 fn a_path_and_its_reverse_cost_the_same() {
     let mut random = Random(42);
