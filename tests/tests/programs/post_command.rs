@@ -181,7 +181,7 @@ fn the_unit_of_a_file_without_units_is_that_of_the_option() {
     let tool = place(&job, "tool.json");
     let options = ["--machine", &machine, "--tool", &tool, "--dialect", "fanuc", "--mount", "0,0,50"];
     let inches = "PARTNO/SHORT\nMULTAX/ON\nLOADTL/1\nSPINDL/1200,RPM,CLW\nRAPID\nGOTO/0,0,2.5\nFEDRAT/20\nGOTO/0,0,2\n\
-                  GOTO/1,0,2,0.2,0,1\nRAPID\nGOTO/1,0,3.5\nFINI\n";
+                  GOTO/1,0,2,0.28,0,0.96\nRAPID\nGOTO/1,0,3.5\nFINI\n";
     let posted = |text: &str, more: &[&str]| {
         job.write("part.apt", text.as_bytes());
         let (code, printed, errors) = post(&job, "part.apt", &[&options[..], more].concat());
