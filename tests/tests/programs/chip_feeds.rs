@@ -11,7 +11,7 @@ use facemill::surface_model::{NamedNode, write_obj};
 use facemill_tests::jobs::JobFolder;
 use facemill_tests::oracles::interpreter::Motion;
 use facemill_tests::oracles::read_back::number;
-use facemill_tests::variants::{CUTTING, Written, tiny_patch, written};
+use facemill_tests::variants::{CUTTING, Written, box_obj, tiny_patch, written};
 use nalgebra::{Isometry3, Vector3};
 use serde_json::{Value, json};
 
@@ -155,6 +155,62 @@ fn removal_rate_is_kept_between_its_bounds_in_every_block() {
     let entries: Vec<usize> = (1..w.motions.len() - 1).filter(ends_at_first_cut).collect();
     assert_eq!(entries.len(), after.len());
     assert!(entries.iter().all(|&k| w.feeds[k] <= w.feeds[k + 1]));
+}
+
+/// Casting beyond the ends of the passes, mm.
+const AROUND: f64 = 5.0;
+
+#[test]
+fn entries_and_exits_are_slow_in_the_casting_alone() {
+    let arc = json!({ "tangential_arc": { "radius_mm": 30.0, "angle_deg": 30.0, "straight_mm": 40.0 } });
+    let end = 40.0 + AROUND;
+    let of_casting = |values: &[(&str, Value)]| {
+        let stock = json!({ "mesh": { "file": "casting.obj", "unit": "millimetre", "up_axis": "z" } });
+        let job = plate(&[
+            ("/setups/0/stock", stock),
+            ("/operations/0/entry", arc.clone()),
+            ("/operations/0/exit", arc.clone()),
+        ]);
+        job.write("casting.obj", box_obj([-end, -end, -6.0], [end, end, STOCK]).as_bytes());
+        job.set("job.json", values);
+        (planned(&job), job)
+    };
+    let (before, plain) = of_casting(&[]);
+    let own = passes(&before);
+    let step = (own[1][0].y - own[0][0].y).abs();
+    let (full, beside) = (area(&plain, Beside::Stock), area(&plain, Beside::Cut { step_over: step }));
+    let target = 300.0 * beside / 1000.0;
+    let (w, _) = of_casting(&[(
+        "/operations/0/feeds/removal_rate",
+        json!({ "target_cm3_min": target, "min_mm_min": 10.0 }),
+    )]);
+
+    // The contact from the tip: the lowest point of the corner.
+    let tool = plain.json("tool.json");
+    let (radius, corner) = (number(&tool["radius_mm"]), number(&tool["corner_radius_mm"]));
+    let axis = Vector3::new(-LEAD.to_radians().tan(), LEAN.to_radians().tan(), 1.0).normalize();
+    let lowest = (axis * axis.z - Vector3::z()).normalize();
+    let contact = axis.x * corner + lowest.x * (radius - corner);
+    let passes = passes(&w);
+    assert!(passes.len() >= 4, "{} passes", passes.len());
+    for (k, pass) in passes.iter().enumerate() {
+        let area = if k == 0 { full } else { beside };
+        let (mut fast, mut slow) = ([0, 0], 0);
+        for cut in pass {
+            let slack = 1.0 + 1e-3 + rounding(cut);
+            let [from, to] = cut.x.map(|x| x + contact);
+            if to < end && from > -end {
+                assert!(cut.feed * area <= 1000.0 * target * slack, "pass {k}: {} mm/min at {to}", cut.feed);
+                slow += 1;
+            }
+            // Half of the rim cuts: behind the contact, and a little before it.
+            if to - 0.1 * radius > end || from + 1.4 * radius < -end {
+                assert!(cut.feed >= CUTTING * (2.0 - slack), "pass {k}: {} mm/min at {to}", cut.feed);
+                fast[usize::from(to < 0.0)] += 1;
+            }
+        }
+        assert!(slow > 20 && fast.iter().all(|n| *n > 2), "pass {k}: {slow} blocks in the casting, {fast:?} beyond");
+    }
 }
 
 /// Largest part of the unit feed along the normal of what of the cutter is below the stock's top,

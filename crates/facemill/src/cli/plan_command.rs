@@ -153,10 +153,31 @@ fn plan(arguments: &PlanArguments, job: &Job, out: &Path) -> Result<ExitCode, Fa
     let output = match (arguments.json, arguments.quiet) {
         (true, _) => json(outcome, out, names, (setups, joined)),
         (false, true) => String::new(),
-        (false, false) => format!("{}\n  written to {}: {}\n", texts.join("\n"), out.display(), names.join(", ")),
+        (false, false) => format!("{}\n  written to {}: {}\n", texts.join("\n"), out.display(), in_words(&names)),
     };
     say(&output)?;
     Ok(ExitCode::from(outcome.exit_code()))
+}
+
+/// Most files that a summary names one by one.
+const MOST_NAMES: usize = 40;
+
+/// Returns the names of files, or how many of each kind there are if they are too many to read.
+fn in_words(names: &[String]) -> String {
+    if names.len() <= MOST_NAMES {
+        return names.join(", ");
+    }
+    let mut kinds: Vec<(&str, usize)> = Vec::new();
+    for name in names {
+        let kind = name.rsplit_once('.').map_or("", |(_, kind)| kind);
+        match kinds.iter_mut().find(|(known, _)| *known == kind) {
+            Some((_, n)) => *n += 1,
+            None => kinds.push((kind, 1)),
+        }
+    }
+    let kinds: Vec<String> = kinds.iter().map(|(kind, n)| format!("{n} .{kind}")).collect();
+    let page = names.iter().find(|name| *name == JOB_PAGE).map(|page| format!("; the whole job is in {page}"));
+    format!("{} files, {}{}", names.len(), kinds.join(", "), page.unwrap_or_default())
 }
 
 /// A planned setup, with what is kept for its pages if they are wanted.

@@ -69,18 +69,17 @@ impl JoinedProgramSummary {
     /// Returns the lines of the summary for a reader.
     pub fn lines(&self) -> Vec<String> {
         let clock = clock(self.total_time_s);
-        let n = self.sections.len().max(1);
+        let changes = self.sections.windows(2).filter(|pair| pair[0].tool != pair[1].tool).count();
         let mut lines = vec![
             format!("{}: all tools", self.setup),
-            format!("  machine time      {clock} in all programs, {} tool change(s) not counted", n - 1),
+            format!("  machine time      {clock} in all programs, {changes} change(s) to another tool not counted"),
         ];
         match (&self.file, &self.not_written_because) {
             (Some(file), _) => {
-                let of = |s: &JoinedSectionSummary| format!("T{} from line {} as {}", s.tool, s.first_line, s.program);
-                lines.push(format!(
-                    "  one program       {file}: {}",
-                    self.sections.iter().map(of).collect::<Vec<_>>().join(", ")
-                ));
+                lines.push(format!("  one program       {file}"));
+                let of =
+                    |s: &JoinedSectionSummary| format!("    from line {:<8} T{}: {}", s.first_line, s.tool, s.program);
+                lines.extend(self.sections.iter().map(of));
             }
             (None, why) => {
                 lines.push(format!("  one program       not written: {}", why.as_deref().unwrap_or("unknown")));

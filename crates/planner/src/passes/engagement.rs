@@ -1,5 +1,7 @@
 //! Ridges and chips along the passes of an operation, also for its moves.
 
+use std::collections::BTreeSet;
+
 use facemill_cl_data::{Aabb, CcPoint, Posture};
 use facemill_cutter_location::cusp::Ridge;
 use facemill_cutter_location::cusp::cut_point::CutPoint;
@@ -9,6 +11,7 @@ use facemill_job::format::job_file::{FeedsFile, OperationFile};
 use facemill_job::frames::places;
 use facemill_job::load::job::{Job, Setup};
 use facemill_job::stages::{CHIPS, Stages};
+use facemill_job::validate::tip_feed::depends_on_chips;
 use facemill_tool_model::{Cusp, Cutter, Outline};
 use facemill_tool_path::chips::{Chip, ChipSite, ROUGH_THICKNESS, StockTop, THICKNESS_ACCURACY};
 use facemill_tool_path::moves::{MoveKind, PieceMoves};
@@ -61,7 +64,14 @@ pub(crate) fn engagement_of_passes(
     let along: Vec<Vec<PointEngagement>> = (0..all.len())
         .map(|k| found[k].as_ref().or_else(|| found[twins.of[k]?].as_ref()).cloned().unwrap_or_default())
         .collect();
-    pieces.iter_mut().zip(&along).for_each(|(piece, along)| give_chips(piece, along));
+    let of_approaches: Vec<Vec<(usize, Chip)>> = (0..pieces.len())
+        .into_par_iter()
+        .map(|k| surroundings.approach_chips(k, &pieces[k], &along[k]))
+        .collect::<Result<_, Failure>>()?;
+    for ((piece, along), of_approach) in pieces.iter_mut().zip(&along).zip(of_approaches) {
+        give_chips(piece, along);
+        of_approach.into_iter().for_each(|(k, chip)| piece.moves[k].chip = Some(chip));
+    }
     Ok(along)
 }
 
@@ -148,6 +158,77 @@ impl<'s> EngagementContext<'s> {
             .collect()
     }
 
+    /// Returns the chips of the moves of a piece's entry and exit in a solid stock, each with the
+    /// index of its move: the largest of the sections that the cutting part of the rim is in on the
+    /// move, across the feed at the end of the pass. None where the stock is a layer, which is as
+    /// thick beyond the end of the pass, or feeds do not depend on chips.
+    ///
+    /// The passes beside it go on beyond the end of the pass as they are there, and lift as it
+    /// does.
+    fn approach_chips(
+        &self,
+        index: usize,
+        piece: &PieceMoves,
+        along: &[PointEngagement],
+    ) -> Result<Vec<(usize, Chip)>, Failure> {
+        let (Some(first), Some(last)) = (along.first(), along.last()) else { return Ok(Vec::new()) };
+        if self.setup.stock_solid.is_none() || !depends_on_chips(self.feeds) {
+            return Ok(Vec::new());
+        }
+        let mut chips = Vec::new();
+        let n_entry = piece.moves.iter().take_while(|m| m.kind != MoveKind::Cut).count();
+        for (of_end, moves) in [(first, 0..n_entry), (last, n_entry..piece.moves.len())] {
+            let engaged: Vec<usize> = moves.filter(|&k| piece.moves[k].kind == MoveKind::Engage).collect();
+            if !engaged.is_empty() {
+                chips.extend(self.end_chips(index, piece, along, of_end, &engaged)?);
+            }
+        }
+        Ok(chips)
+    }
+
+    /// Returns the chips of `engaged`, the moves in the stock at one end of a piece, in their
+    /// order.
+    fn end_chips(
+        &self,
+        index: usize,
+        piece: &PieceMoves,
+        along: &[PointEngagement],
+        of_end: &PointEngagement,
+        engaged: &[usize],
+    ) -> Result<Vec<(usize, Chip)>, Failure> {
+        let (neighbours, pass) = (&self.places[piece.piece.copy as usize], self.numbers[index]);
+        let own = &neighbours.passes()[pass].points;
+        let point = if of_end.cut == along[0].cut { 0 } else { own.len() - 1 };
+        let (end, beside) = (&own[point], neighbours.of(OwnPlace { pass, point }));
+        let cutter = self.job.tool.cutter();
+        let ridges: Vec<Ridge> = beside.earlier.iter().flatten().map(|n| Ridge::toward(cutter, end, n)).collect();
+        let end_tip = piece.piece.cuts[of_end.cut].pose.cl.tip;
+        let moved = |k: usize| piece.moves[k].cl.tip - end_tip;
+        let way = |k: usize| moved(k).dot(&end.cc.feed);
+        let chip_at = |k: usize| -> Result<(f64, Chip), Failure> {
+            let position = end.cc.position + moved(k);
+            let site = self.site(&CcPoint { position, ..end.cc }, end, &ridges, 0.0);
+            let area = area(&site)?;
+            let thickness = if area > 0.0 { site.thickness(self.thickness_accuracy()) } else { 0.0 };
+            Ok((way(k), Chip { area, thickness, is_known: of_end.chip.is_known, is_air: false }))
+        };
+        // Sections, with their place along the feed: of the pass, and at the poses.
+        let of_pass = own.iter().zip(along).map(|(p, a)| ((p.cc.position - end.cc.position).dot(&end.cc.feed), a.chip));
+        let mut sections: Vec<(f64, Chip)> = of_pass.collect();
+        let poses: BTreeSet<usize> = engaged.iter().flat_map(|&k| [k.saturating_sub(1), k]).collect();
+        for k in poses {
+            sections.push(chip_at(k)?);
+        }
+        let [back, front] = cutting_reach(end.posture, cutter);
+        let chips = engaged.iter().map(|&k| {
+            let (from, to) = (way(k.saturating_sub(1)), way(k));
+            let within = from.min(to) + back..=from.max(to) + front;
+            let met = sections.iter().filter(|(way, _)| within.contains(way)).map(|(_, chip)| *chip);
+            (k, met.reduce(Chip::larger).unwrap_or(of_end.chip))
+        });
+        Ok(chips.collect())
+    }
+
     fn thickness_accuracy(&self) -> f64 {
         if self.feeds.chip_thickness.is_some() { THICKNESS_ACCURACY } else { ROUGH_THICKNESS }
     }
@@ -188,6 +269,15 @@ fn higher(a: Ridge, b: Ridge) -> Ridge {
         (Cusp::Uncut, _) => false,
     };
     if is_higher { b } else { a }
+}
+
+/// Returns how far behind and in front of the contact the lower half of the rim is along the feed,
+/// mm: the half that cuts. The contact is its lowest point, and `rotate` its direction from the
+/// feed, seen from the tool's axis.
+fn cutting_reach(posture: Posture, cutter: &Cutter) -> [f64; 2] {
+    let (sin, cos) = posture.rotate.sin_cos();
+    let [back, front] = if cos >= 0.0 { [-sin.abs(), 1.0] } else { [-1.0, sin.abs()] };
+    [back - cos, front - cos].map(|share| share * cutter.radius())
 }
 
 /// Returns the section of a chip, mm².
@@ -258,7 +348,7 @@ fn are_twins(first: &PassSegment, copy: &PassSegment, place: &Isometry3<f64>) ->
 
 /// Records in every move in the stock the largest chip on it: between two points the larger of the
 /// chips there, on entries and exits the chip at the end of the pass.
-pub(crate) fn give_chips(piece: &mut PieceMoves, along: &[PointEngagement]) {
+fn give_chips(piece: &mut PieceMoves, along: &[PointEngagement]) {
     let (Some(first), Some(last)) = (along.first(), along.last()) else { return };
     let last_cut = piece.piece.cuts.len().saturating_sub(1);
     let mut cut = 0;
