@@ -36,6 +36,12 @@ pub(super) struct Approach {
     pub slope: f64,
 }
 
+/// Length of a vector of the plane. `hypot` takes five times as long, to be right also where a
+/// square overflows or vanishes, which no distance on a machine does.
+fn norm(x: f64, y: f64) -> f64 {
+    (x * x + y * y).sqrt()
+}
+
 impl Gauge {
     pub(super) fn of(cutter: &Cutter) -> Self {
         Self {
@@ -63,14 +69,14 @@ impl Gauge {
         let out = if radial > 0.0 { across / radial } else { Vector3::zeros() };
         if z > self.height {
             let (side, up) = ((radial - self.radius).max(0.0), z - self.height);
-            let distance = side.hypot(up);
+            let distance = norm(side, up);
             return (distance, (out * side + axis * up) / distance);
         }
         if z >= self.corner {
             return ((radial - self.radius).max(0.0), out);
         }
         let (side, down) = ((radial - self.rim).max(0.0), self.corner - z);
-        let from_core = side.hypot(down);
+        let from_core = norm(side, down);
         ((from_core - self.corner).max(0.0), (out * side - axis * down) / from_core)
     }
 

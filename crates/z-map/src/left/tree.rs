@@ -65,24 +65,24 @@ impl Tree {
         best: &mut Best,
         visit: &mut impl FnMut(usize, &mut Best),
     ) {
-        let mut open: Vec<(u32, f64)> = Vec::with_capacity(64);
+        // Each with its bound, and the height for which this holds.
+        let mut open: Vec<(u32, f64, f64)> = Vec::with_capacity(64);
         let bound = |k: u32, best: f64| self.nodes[k as usize].distance_over(gauge, place, best);
         if !self.nodes.is_empty() {
-            open.push((0, bound(0, best.0)));
+            open.push((0, bound(0, best.0), best.0));
         }
-        while let Some((k, distance)) = open.pop() {
+        while let Some((k, distance, height)) = open.pop() {
             let node = &self.nodes[k as usize];
-            // The bound is older than the best: it is computed again where it is not far beyond.
-            if distance > 0.0 || node.distance_over(gauge, place, best.0) > 0.0 {
+            if distance > 0.0 || (height != best.0 && bound(k, best.0) > 0.0) {
                 continue;
             }
             if node.n == 1 {
                 visit(node.first as usize, best);
                 continue;
             }
-            let children = [k + 1, node.second].map(|c| (c, bound(c, best.0)));
+            let children = [k + 1, node.second].map(|c| (c, bound(c, best.0), best.0));
             let [near, far] = if children[0].1 <= children[1].1 { [0, 1] } else { [1, 0] };
-            open.extend([children[far], children[near]].into_iter().filter(|(_, distance)| *distance <= 0.0));
+            open.extend([children[far], children[near]].into_iter().filter(|(_, distance, _)| *distance <= 0.0));
         }
     }
 }
