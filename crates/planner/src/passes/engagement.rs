@@ -12,6 +12,7 @@ use facemill_job::frames::places;
 use facemill_job::load::job::{Job, Setup};
 use facemill_job::stages::{CHIPS, Stages};
 use facemill_job::validate::tip_feed::depends_on_chips;
+use facemill_surface_model::Surface;
 use facemill_tool_model::{Cusp, Cutter, Outline};
 use facemill_tool_path::chips::{Chip, ChipSite, ROUGH_THICKNESS, StockTop, THICKNESS_ACCURACY};
 use facemill_tool_path::moves::{MoveKind, PieceMoves};
@@ -236,7 +237,7 @@ impl<'s> EngagementContext<'s> {
     /// Returns the section across the feed through `at`, with the cutter as at a point.
     fn site(&self, at: &CcPoint, point: &CutPoint, beside: &[Ridge], curvature: f64) -> ChipSite {
         let outline = Outline::new(self.job.tool.cutter(), point.posture);
-        let top = stock_over(self.setup, at, curvature, outline.extent());
+        let top = stock_over(self.setup, at, curvature, &outline);
         ChipSite::new(outline, beside, top)
     }
 
@@ -374,25 +375,48 @@ fn give_chips(piece: &mut PieceMoves, along: &[PointEngagement]) {
 /// features may be missed.
 pub(crate) const SOLID_PLACES: usize = 49;
 
-/// Returns the stock over a point, for a surface with this curvature across the feed.
-pub(crate) fn stock_over(setup: &Setup<'_>, cc: &CcPoint, curvature: f64, extent: (f64, f64)) -> StockTop {
-    let Some(solid) = &setup.stock_solid else {
-        return StockTop::Layer { thickness: setup.stock_above(cc), curvature };
-    };
-    let extent = [extent.0, extent.1];
+/// Returns the stock over a point in which a cutter with this outline may be, for a surface with
+/// this curvature across the feed.
+pub(crate) fn stock_over(setup: &Setup<'_>, cc: &CcPoint, curvature: f64, outline: &Outline) -> StockTop {
+    match &setup.stock_solid {
+        None => StockTop::Layer { thickness: setup.stock_above(cc), curvature },
+        Some(solid) => solid_over(solid, cc, outline),
+    }
+}
+
+/// Returns the top of a solid over a point, as high as the cutter with this outline is: what lies
+/// above it, such as the next blade, is not cut.
+fn solid_over(solid: &Surface, cc: &CcPoint, outline: &Outline) -> StockTop {
+    let extent = [outline.extent().0, outline.extent().1];
     let place = |k: usize| extent[0] + (extent[1] - extent[0]) * (k as f64 / (SOLID_PLACES - 1) as f64);
+    let highest = highest_of(outline);
     let found: Vec<f64> = (0..SOLID_PLACES)
         .map(|k| {
             let from = cc.position + cc.left().into_inner() * place(k);
             let hits = solid.ray_all(&from, &cc.normal, f64::INFINITY);
+            let below = hits.partition_point(|hit| hit.point.distance <= highest);
+            // Solids that the line is in there: it leaves them farther out.
+            let around: i32 = hits[below..].iter().map(|hit| if hit.from_outside { -1 } else { 1 }).sum();
+            if around > 0 {
+                return highest;
+            }
             // The last exit from it: empty space below counts as stock.
-            let out = hits.iter().rfind(|hit| !hit.from_outside);
+            let out = hits[..below].iter().rfind(|hit| !hit.from_outside);
             out.map_or(0.0, |hit| hit.point.distance)
         })
         .collect();
     let beside = |k: usize| found[k.saturating_sub(1)..(k + 2).min(found.len())].iter().copied();
     let heights = (0..found.len()).map(|k| beside(k).fold(0.0, f64::max)).collect();
     StockTop::Solid { extent, heights }
+}
+
+/// Returns a height over the contact above which nothing of the cutter is, mm: the highest place of
+/// its upper rim, and of a sphere around its lower end.
+fn highest_of(outline: &Outline) -> f64 {
+    let (cutter, tip, up) = (outline.cutter(), outline.tip().y, outline.axis().z);
+    let rim = cutter.radius() * (1.0 - up * up).max(0.0).sqrt();
+    let upper = tip + cutter.flute_length() * up + rim;
+    upper.max(tip + cutter.radius().hypot(cutter.corner_radius()))
 }
 
 /// Fills places that the neighbour does not reach from the nearest point before, else from the
@@ -412,3 +436,7 @@ pub fn neighbour_reach(cutter: &Cutter, operation: &OperationFile) -> NeighbourR
     let step_over = operation.tolerances.max_step_over_mm;
     NeighbourReach { far: 3.0 * step_over.max(cutter.radius()), opposed: step_over }
 }
+
+#[cfg(test)]
+#[path = "../../tests/unit/passes/engagement.rs"]
+mod tests;

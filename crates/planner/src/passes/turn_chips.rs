@@ -63,7 +63,7 @@ fn inner_chips(job: &Job, setup: &Setup<'_>, before: &PieceMoves, piece: &PieceM
         let offset = cl_from_cc(job.tool.cutter(), &cc, posture).tip - cc.position;
         let cc = CcPoint { position: b.tip - offset, ..cc };
         let outline = Outline::new(job.tool.cutter(), posture);
-        let top = stock_over(setup, &cc, 0.0, outline.extent());
+        let top = stock_over(setup, &cc, 0.0, &outline);
         let site = ChipSite::new(outline, &[], top);
         let area = area(&site)?;
         let thickness = if area > 0.0 { site.thickness(THICKNESS_ACCURACY) } else { 0.0 };
