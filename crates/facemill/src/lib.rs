@@ -164,7 +164,8 @@ pub mod machines {
 pub mod formats {
     pub use facemill_job::format::incomplete::incomplete_because;
     pub use facemill_job::format::job_report::{
-        ClampingReport, JOB_REPORT_FORMAT, JobReport, PlacementReport, PoseReport, ToolProgramReport,
+        ClampingReport, DatumReport, DatumShapeReport, JOB_REPORT_FORMAT, JobReport, PlacementReport, PoseReport,
+        ToolProgramReport,
     };
     pub use facemill_job::format::made_from::{InputFile, MadeFrom};
     pub use facemill_job::format::moved_job::moved_job;

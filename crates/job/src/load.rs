@@ -2,6 +2,7 @@
 
 pub mod ad_hoc_setup;
 pub mod clearance_surface;
+pub mod datums;
 pub(crate) mod enclosure;
 pub mod job;
 pub mod job_files;
@@ -41,6 +42,7 @@ use crate::format::job_settings::JobSetting;
 use crate::format::made_from::InputFile;
 use crate::frames::{direction, pose};
 use crate::load::clearance_surface::clearance_surface;
+use crate::load::datums::check_datums;
 use crate::load::enclosure::check_enclosure;
 use crate::load::job::{
     ExtendedRegion, Job, NamedTools, SecondHead, Setup, SetupLevel, WrittenPrograms, machine_to_plan_for, standing,
@@ -297,6 +299,7 @@ impl<'a> Setup<'a> {
         let work_from_part = pose(&file.work_from_part);
         let mut read_files = MeshFiles::of(job);
         let mut drive: Vec<(FileKey, Vec<bool>)> = Vec::new();
+        let mut datums: Vec<(String, FileKey, Vec<bool>)> = Vec::new();
         let mut selections: Vec<Selection> = Vec::new();
         for (k, entry) in file.meshes.iter().enumerate() {
             let at = format!("{}.meshes[{k}]", job.setup_key(index));
@@ -306,8 +309,11 @@ impl<'a> Setup<'a> {
             if entry.role == RoleFile::Drive {
                 drive.push((file.clone(), selected.clone()));
             }
+            if entry.role == RoleFile::Datum {
+                datums.push((at, file.clone(), selected.clone()));
+            }
             let role = match entry.role {
-                RoleFile::Drive | RoleFile::Part => ObstacleRole::Part,
+                RoleFile::Drive | RoleFile::Part | RoleFile::Datum => ObstacleRole::Part,
                 RoleFile::Check => ObstacleRole::Check,
                 RoleFile::Fixture => ObstacleRole::Fixture,
             };
@@ -315,6 +321,16 @@ impl<'a> Setup<'a> {
         }
         if drive.is_empty() {
             return Err(job.wrong(format!("{}.meshes: no drive surface", job.setup_key(index))));
+        }
+        for (at, file, groups) in &datums {
+            let is_both = |k: &usize| groups[*k] && drive.iter().any(|(of, driven)| of == file && driven[*k]);
+            if let Some(both) = (0..groups.len()).find(is_both) {
+                let group = &read_files.read[file].mesh.groups()[both].name;
+                return Err(job.wrong(format!(
+                    "{at}.groups: \"{group}\" is a drive surface, too; a datum is finished before the clamping and not \
+                     cut in it, so leave it out of one of them"
+                )));
+            }
         }
         let selected = |(file, groups): &(FileKey, Vec<bool>)| only(&read_files.read[file].mesh, groups);
         let joined = |meshes: &mut dyn Iterator<Item = TriMesh>| {
@@ -353,6 +369,7 @@ impl<'a> Setup<'a> {
             let advice = unit.and_then(|unit| unit_inside(job, unit, &obstacles, &work_from_part, &clearance));
             job.wrong(advice.map_or_else(|| e.clone(), |advice| format!("{advice} As it is: {e}")))
         })?;
+        check_datums(job, index, stock_solid.as_deref())?;
         let table_from_work = pose(&file.table_from_work);
         obstacles.extend(table_bodies(&job.machine, &table_from_work));
         let setup = Self {

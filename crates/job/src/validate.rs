@@ -277,6 +277,9 @@ fn check_setup(at: &Field, setup: &SetupFile) -> Result<(), String> {
     for (k, mesh) in setup.meshes.iter().enumerate() {
         let key = format!("meshes[{k}].allowance_mm");
         at.length_or_zero(&key, mesh.allowance_mm)?;
+        if mesh.role == RoleFile::Datum && mesh.allowance_mm > 0.0 {
+            return Err(format!("{}.{key}: a datum is finished, so leave this out", at.0));
+        }
         let drive = setup.meshes.iter().find(|m| m.role == RoleFile::Drive);
         if mesh.role == RoleFile::Drive && drive.is_some_and(|d| d.allowance_mm != mesh.allowance_mm) {
             return Err(format!("{}.{key}: all drive surfaces of a setup must have the same", at.0));

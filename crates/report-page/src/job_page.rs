@@ -195,6 +195,10 @@ fn clamping_section(number: usize, clamping: &ClampingReport, tools: &[(u32, &st
     out += &row("workpiece frame on the table", &pose_text(&clamping.placement.table_from_work));
     out += &moved_text(&clamping.placement).map_or_else(String::new, |text| row("refers to", &text));
     out += &row("stock", &clamping.stock);
+    for datum in &clamping.datums {
+        let first = if datum.in_first { "" } else { "; the first clamping has another datum" };
+        out += &row("located by", &format!("{}{first}", datum.in_words()));
+    }
     let fixtures = if clamping.fixtures.is_empty() { "none stated".to_owned() } else { clamping.fixtures.join(", ") };
     out += &row("fixtures", &fixtures);
     out += &match (&clamping.joined_program, &clamping.not_joined_because) {

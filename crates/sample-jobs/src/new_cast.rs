@@ -1,8 +1,8 @@
 //! The sample job of a cast propeller: both sides of its blades, from the casting to the part.
 
 use facemill_sample_parts::{
-    BladeResolution, Bore, CastingAllowance, PropellerSeries, PropellerSpec, RootFillet, SolidForm, casting,
-    chord_error, propeller_solid, turned_solid,
+    BladeResolution, Bore, CastingAllowance, PropellerSeries, PropellerSpec, RootFillet, SolidForm, TurnedHub,
+    chord_error, propeller_solid, turned_casting, turned_solid,
 };
 use facemill_surface_model::TriMesh;
 use nalgebra::{Isometry3, Vector3};
@@ -29,11 +29,11 @@ const FILLET: f64 = 0.015;
 /// Radius of the bore over that of the hub.
 const BORE: f64 = 0.45;
 
-/// Radii of pedestal and nut over that of the hub, gap between arbor and casting, and height of the
+/// Radii of pedestal and nut over that of the hub, gap between arbor and bore, and height of the
 /// nut, mm.
 const PEDESTAL: f64 = 0.8;
 const NUT: f64 = 0.55;
-const ARBOR_GAP: f64 = 1.0;
+const ARBOR_GAP: f64 = 0.05;
 const NUT_HEIGHT: f64 = 30.0;
 
 /// Returns the turn of the part about x with which a side faces up, deg.
@@ -104,21 +104,21 @@ impl CastPropeller {
         let chord = chord_error(&spec, resolution).sides;
         let part = propeller_solid(&spec, &form, resolution, chord).map_err(|e| e.to_string())?;
         let allowance = CastingAllowance::new(CASTING[0], CASTING[1]).map_err(|e| e.to_string())?;
-        let cast = casting(&part, allowance, CASTING_CELL).map_err(|e| e.to_string())?;
+        let faces = part.select_groups(|name| name == "hub/faces").aabb();
+        let hub = TurnedHub { bore_radius: BORE * spec.hub_radius(), faces: [faces.min.z, faces.max.z] };
+        let cast = turned_casting(&part, allowance, CASTING_CELL, hub).map_err(|e| e.to_string())?;
         Ok(Self { spec, part, cast, chord, from: allowance.largest() })
     }
 
     /// Returns pedestal, arbor and nut that clamp the casting where a side faces up, in the frame
-    /// of the part. The casting lies on the pedestal with the face of its hub, the arbor goes
-    /// through the bore, which is narrower than the part's, and the nut lies on the other face.
+    /// of the part. The hub lies on the pedestal with a face, the arbor goes through its bore, and
+    /// the nut lies on the other face.
     fn clamping(&self, side: &str, above_table: f64) -> TriMesh {
         let [low, high] = self.hub_heights(side);
         let (hub, bore) = (self.spec.hub_radius(), BORE * self.spec.hub_radius());
-        let (pedestal, arbor, nut) = (PEDESTAL * hub, bore - self.from - ARBOR_GAP, NUT * hub);
-        // Between the casting's faces and those of the part is up to all of its material.
-        let [under, on] = [low - self.from, high + self.from];
-        let top = on + NUT_HEIGHT;
-        let outline = [[pedestal, -above_table], [pedestal, under], [arbor, under], [arbor, on], [nut, on], [nut, top]];
+        let (pedestal, arbor, nut) = (PEDESTAL * hub, bore - ARBOR_GAP, NUT * hub);
+        let top = high + NUT_HEIGHT;
+        let outline = [[pedestal, -above_table], [pedestal, low], [arbor, low], [arbor, high], [nut, high], [nut, top]];
         let solid = turned_solid("clamping", &outline);
         let turn_deg = turn_deg(side);
         if turn_deg == 0.0 {
@@ -137,7 +137,7 @@ impl CastPropeller {
 
     /// Returns the height of the nut's upper face where a side faces up, mm.
     fn top_of_nut(&self, side: &str) -> f64 {
-        self.hub_heights(side)[1] + self.from + NUT_HEIGHT
+        self.hub_heights(side)[1] + NUT_HEIGHT
     }
 
     /// Returns the files of a job with its tools; the work is so high above the table, mm.
@@ -210,7 +210,7 @@ impl<'a> Sample<'a> {
         let turn_deg = turn_deg(side);
         let top = if turn_deg == 0.0 { bounds.max.z } else { -bounds.min.z };
         let top = (top + self.cast.from).max(self.cast.top_of_nut(side));
-        let mesh = |file: &str, group: &str, role: &str| json!({ "file": file, "groups": [group], "role": role, "unit": "metre", "up_axis": "y" });
+        let mesh = |file: &str, groups: &[&str], role: &str| json!({ "file": file, "groups": groups, "role": role, "unit": "metre", "up_axis": "y" });
         let part = "propeller.glb";
         json!({
             "name": format!("{side} side up"),
@@ -218,9 +218,10 @@ impl<'a> Sample<'a> {
             "table_from_work": { "translation_mm": [0.0, 0.0, self.above_table()] },
             "work_offset": { "register": "G54" },
             "meshes": [
-                mesh(part, &format!("blade-1/{side}"), "drive"),
-                mesh(part, "*", "part"),
-                mesh(&clamping_file(side), "*", "fixture"),
+                mesh(part, &[&format!("blade-1/{side}")], "drive"),
+                mesh(part, &["*"], "part"),
+                mesh(part, &["hub/bore", "hub/faces"], "datum"),
+                mesh(&clamping_file(side), &["*"], "fixture"),
             ],
             "stock": { "mesh": { "file": "casting.glb", "unit": "metre", "up_axis": "y" } },
             "clearance": { "plane": { "origin_mm": [0.0, 0.0, (top + 10.0).ceil()] } },

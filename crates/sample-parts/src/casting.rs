@@ -51,6 +51,30 @@ impl CastingAllowance {
     }
 }
 
+/// Hub of a casting that is turned before it is milled: about z, at a bore and both faces the
+/// material of the casting ends where the part does.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TurnedHub {
+    /// Radius of the bore, mm.
+    pub bore_radius: f64,
+    /// Heights of the faces in z, the lower one first, mm.
+    pub faces: [f64; 2],
+}
+
+/// Material on turned faces, mm: that rounding leaves no corner of the part outside.
+const ON_FACES: f64 = 0.01;
+
+impl TurnedHub {
+    /// Returns a value that is above 0 beyond a face or in the bore, the distance from the nearest of
+    /// them, and negative elsewhere. The bore is wider by the sagitta of facets that span a cube of
+    /// the lattice, so that none of them lies in that of the part.
+    fn beyond(&self, p: &Point3<f64>, cell: f64) -> f64 {
+        let [low, high] = self.faces;
+        let bore = self.bore_radius + 3.0 * cell * cell / (4.0 * self.bore_radius);
+        (p.z - high - ON_FACES).max(low - p.z - ON_FACES).max(bore - p.x.hypot(p.y))
+    }
+}
+
 /// Most nodes of the lattice that a casting is made on.
 const MOST_NODES: f64 = 2e8;
 
@@ -80,6 +104,28 @@ const TETRAHEDRA: [[[usize; 3]; 4]; 6] = [
 /// When the cell is not above 0 and up to twice the least allowance, or so small that the lattice
 /// has more than 2·10⁸ nodes, or the part has no triangle.
 pub fn casting(part: &TriMesh, allowance: CastingAllowance, cell: f64) -> Result<TriMesh, SpecError> {
+    cast(part, allowance, cell, None)
+}
+
+/// Returns the casting of a part whose hub is turned before it is milled: that of [`casting`],
+/// without what is beyond the faces and in the bore. Its faces are 0.01 mm thicker, and its bore is
+/// wider by up to cell²/R: the facets of its wall do not reach into the part's. Their edge is
+/// chamfered by up to a cell.
+///
+/// # Errors
+/// As [`casting`], and when the bore is not wider than a cell, or the faces are not in their order.
+pub fn turned_casting(
+    part: &TriMesh,
+    allowance: CastingAllowance,
+    cell: f64,
+    hub: TurnedHub,
+) -> Result<TriMesh, SpecError> {
+    in_range("bore of a turned casting", hub.bore_radius, cell, f64::MAX)?;
+    in_range("upper face of a turned casting", hub.faces[1], hub.faces[0], f64::MAX)?;
+    cast(part, allowance, cell, Some(hub))
+}
+
+fn cast(part: &TriMesh, allowance: CastingAllowance, cell: f64, hub: Option<TurnedHub>) -> Result<TriMesh, SpecError> {
     in_range("cell of a casting", cell, f64::MIN_POSITIVE, 2.0 * allowance.least())?;
     let bounds = part.aabb();
     let size = bounds.half_extents() * 2.0;
@@ -89,6 +135,7 @@ pub fn casting(part: &TriMesh, allowance: CastingAllowance, cell: f64) -> Result
     let lattice = Lattice {
         surface: Surface::new(part.clone(), SurfaceSettings::default()),
         allowance,
+        hub,
         length: size.max(),
         origin: bounds.min - Vector3::repeat(margin),
         cell,
@@ -101,6 +148,8 @@ pub fn casting(part: &TriMesh, allowance: CastingAllowance, cell: f64) -> Result
 struct Lattice {
     surface: Surface,
     allowance: CastingAllowance,
+    /// What is turned before.
+    hub: Option<TurnedHub>,
     /// Longest side of the part, mm.
     length: f64,
     origin: Point3<f64>,
@@ -136,7 +185,8 @@ impl Lattice {
                 }
                 crosses = distance <= self.cell;
                 let out = if is_inside { -distance } else { distance };
-                values.push(out - self.allowance.at(&p, self.length));
+                let value = out - self.allowance.at(&p, self.length);
+                values.push(self.hub.map_or(value, |hub| value.max(hub.beyond(&p, self.cell))));
             }
         }
         values

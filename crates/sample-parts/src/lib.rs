@@ -12,7 +12,8 @@
 //! - [`BladeLoft`]: a smooth blade through sections of points, and its mesh, from section to
 //!   section or between [`Endwalls`] (hub and shroud), with a sector of the hub.
 //! - [`patch`]: a wavy sculptured patch with exact normals and curvatures.
-//! - [`casting`]: any of these solids with uneven material on it.
+//! - [`casting`]: any of these solids with uneven material on it; [`turned_casting`]: with a hub that
+//!   is turned before.
 //! - [`turned_solid`]: a solid of revolution, such as an arbor that clamps a hub.
 //! - [`AnalyticPart`]: plane, sphere, cylinder, torus and saddle with exact closest points.
 //!
@@ -95,7 +96,7 @@ pub use crate::propeller_solid::bore::Bore;
 pub use crate::propeller_solid::root_fillet::{FilletStation, RootFillet};
 pub use crate::propeller_solid::solid::{SolidForm, fillet_contact, propeller_solid};
 pub use analytic_part::{AnalyticPart, AnalyticShape, MaterialSide};
-pub use casting::{CastingAllowance, casting};
+pub use casting::{CastingAllowance, TurnedHub, casting, turned_casting};
 pub use patch::{PatchSpec, patch};
 pub use rotor37::{RotorResolution, rotor37};
 pub use spec_error::{LoftError, SpecError, TablePart};

@@ -1,15 +1,18 @@
 //! Report on all programs of a job: clampings, tools and operations in their order.
 
+use facemill_job::failure::Failure;
 use facemill_job::format::incomplete::incomplete_because;
 use facemill_job::format::job_file::{PoseFile, RoleFile, SetupFile};
 use facemill_job::format::job_report::{
-    ClampingReport, JOB_REPORT_FORMAT, JobReport, PlacementReport, PoseReport, ToolProgramReport,
+    ClampingReport, DatumReport, DatumShapeReport, JOB_REPORT_FORMAT, JobReport, PlacementReport, PoseReport,
+    ToolProgramReport,
 };
 use facemill_job::format::program_stamp::checksum;
 use facemill_job::format::report::operations::OperationReport;
 use facemill_job::format::report::outcome::Outcome;
 use facemill_job::format::report::stock::OWN_STOCK;
 use facemill_job::frames::pose;
+use facemill_job::load::datums::{Datum, DatumShape, datums};
 use facemill_job::load::job::Job;
 use facemill_planner::Planned;
 use nalgebra::Isometry3;
@@ -17,14 +20,22 @@ use nalgebra::Isometry3;
 use crate::tool_changes::JoinedProgram;
 
 /// Returns the report on a planned job with several programs; `None` for one with a single program.
-pub fn job_report<T>(job: &Job, planned: &[(Planned, T)], joined: &[JoinedProgram]) -> Option<JobReport> {
+///
+/// # Errors
+/// If the mesh of a datum cannot be read.
+pub fn job_report<T>(
+    job: &Job,
+    planned: &[(Planned, T)],
+    joined: &[JoinedProgram],
+) -> Result<Option<JobReport>, Failure> {
     let setups = &job.file.setups;
     if setups.len() < 2 {
-        return None;
+        return Ok(None);
     }
     let all = job.clampings();
     let first = all.first().map(|(name, of)| (name.clone(), &setups[of.start]));
     let change = job.machine.tool_change_time();
+    let mut first_datums: Option<Vec<Datum>> = None;
     let mut clampings = Vec::new();
     for (name, of) in &all {
         let at = &setups[of.start];
@@ -45,11 +56,15 @@ pub fn job_report<T>(job: &Job, planned: &[(Planned, T)], joined: &[JoinedProgra
         };
         let first_planned = planned.iter().map(|(planned, _)| planned).find(|p| p.report.setup == at.name);
         let compared_with = first.as_ref().filter(|(first, _)| first != name);
+        let own = datums(job, of.start)?;
+        let datums = datum_reports(&own, first_datums.as_deref().unwrap_or(&own), at);
+        first_datums.get_or_insert(own);
         clampings.push(ClampingReport {
             name: name.clone(),
             time_s: programs.iter().map(|p| p.time_s).sum::<f64>() + changes,
             placement: placement(at, compared_with.map(|(name, setup)| (name.as_str(), *setup))),
             stock: stock(at, first_planned),
+            datums,
             fixtures: fixtures(at),
             joined_program,
             joined_blake3,
@@ -58,7 +73,7 @@ pub fn job_report<T>(job: &Job, planned: &[(Planned, T)], joined: &[JoinedProgra
             without_program,
         });
     }
-    Some(JobReport {
+    Ok(Some(JobReport {
         format: JOB_REPORT_FORMAT.to_owned(),
         job: job.file.name.clone(),
         machine: job.machine.name().to_owned(),
@@ -67,7 +82,32 @@ pub fn job_report<T>(job: &Job, planned: &[(Planned, T)], joined: &[JoinedProgra
         tool_changes: clampings.iter().map(|c| tool_changes(&c.programs)).sum(),
         tool_change_s: change,
         clampings,
-    })
+    }))
+}
+
+/// Returns a clamping's datums on the table; `first` are those of the first clamping, both in the
+/// frame of the part.
+fn datum_reports(own: &[Datum], first: &[Datum], setup: &SetupFile) -> Vec<DatumReport> {
+    let table_from_part = pose(&setup.table_from_work) * pose(&setup.work_from_part);
+    let report = |datum: &Datum| {
+        let on_table = datum.moved(&table_from_part);
+        let (shape, direction, radius_mm) = match on_table.shape {
+            DatumShape::Plane(normal) => (DatumShapeReport::Plane, Some(normal), None),
+            DatumShape::Cylinder { axis, radius } => (DatumShapeReport::Cylinder, Some(axis), Some(radius)),
+            DatumShape::Other => (DatumShapeReport::Other, None, None),
+        };
+        DatumReport {
+            file: datum.file.clone(),
+            groups: datum.groups.clone(),
+            shape,
+            place_mm: rounded(on_table.place.coords.into()),
+            direction: direction.map(|d| rounded(d.into_inner().into())),
+            radius_mm: radius_mm.map(|r| rounded([r; 3])[0]),
+            deviation_mm: rounded([datum.deviation; 3])[0],
+            in_first: first.contains(datum),
+        }
+    };
+    own.iter().map(report).collect()
 }
 
 /// Returns the number of programs that begin with another tool than the one before has.
@@ -125,13 +165,16 @@ fn stated(file: &PoseFile) -> PoseReport {
 fn pose_report(motion: &Isometry3<f64>) -> PoseReport {
     let turn = motion.rotation.axis_angle();
     let (axis, angle) = turn.map_or(([0.0, 0.0, 1.0], 0.0), |(axis, angle)| (axis.into_inner().into(), angle));
-    // Adding 0 turns -0 into 0.
-    let rounded = |values: [f64; 3]| values.map(|v| (v * 1e9).round() / 1e9 + 0.0);
     PoseReport {
         translation_mm: rounded(motion.translation.vector.into()),
         rotation_axis: rounded(axis),
         rotation_deg: rounded([angle.to_degrees(); 3])[0],
     }
+}
+
+/// Returns values to 1e-9. Adding 0 turns -0 into 0.
+fn rounded(values: [f64; 3]) -> [f64; 3] {
+    values.map(|v| (v * 1e9).round() / 1e9 + 0.0)
 }
 
 /// Returns the stock before a setup in words: as it is stated, and with what its program began.

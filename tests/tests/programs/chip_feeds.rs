@@ -180,10 +180,8 @@ fn entries_and_exits_are_slow_in_the_casting_alone() {
     let step = (own[1][0].y - own[0][0].y).abs();
     let (full, beside) = (area(&plain, Beside::Stock), area(&plain, Beside::Cut { step_over: step }));
     let target = 300.0 * beside / 1000.0;
-    let (w, _) = of_casting(&[(
-        "/operations/0/feeds/removal_rate",
-        json!({ "target_cm3_min": target, "min_mm_min": 10.0 }),
-    )]);
+    let (w, _) =
+        of_casting(&[("/operations/0/feeds/removal_rate", json!({ "target_cm3_min": target, "min_mm_min": 10.0 }))]);
 
     // The contact from the tip: the lowest point of the corner.
     let tool = plain.json("tool.json");

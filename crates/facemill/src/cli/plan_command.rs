@@ -133,7 +133,7 @@ fn plan(arguments: &PlanArguments, job: &Job, out: &Path) -> Result<ExitCode, Fa
         all_planned.push((planned, kept));
     }
     let joined_programs = joined_programs(job, &all_planned)?;
-    let of_job = job_report(job, &all_planned, &joined_programs);
+    let of_job = job_report(job, &all_planned, &joined_programs)?;
     texts.extend(add_beside(job, &all_planned, (&joined_programs, tables), &mut all_files)?);
     let joined = joined_summaries(joined_programs, &all_planned, &mut all_files);
     texts.extend(joined.iter().map(|joined| joined.lines().join("\n")));

@@ -300,6 +300,9 @@ pub enum RoleFile {
     Check,
     /// Must not be touched, by its allowance.
     Fixture,
+    /// Finished before this clamping, which locates the part by it: counts as part, no operation
+    /// may cut it, and the report on the job says where it is on the table.
+    Datum,
 }
 
 /// Length unit of a mesh file.

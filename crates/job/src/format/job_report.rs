@@ -58,6 +58,8 @@ pub struct ClampingReport {
     pub placement: PlacementReport,
     /// Stock before it, in words.
     pub stock: String,
+    /// Finished surfaces by which the part is located, connected piece by piece.
+    pub datums: Vec<DatumReport>,
     /// Fixtures that the tool keeps clear of, by their files.
     pub fixtures: Vec<String>,
     /// File of the program with all of its tools, if one is written.
@@ -70,6 +72,59 @@ pub struct ClampingReport {
     pub programs: Vec<ToolProgramReport>,
     /// Its setups with a tool that has nothing to cut, and no program.
     pub without_program: Vec<String>,
+}
+
+/// Connected piece of a datum, on the table.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct DatumReport {
+    /// Mesh file.
+    pub file: String,
+    /// Groups of it that the piece is of.
+    pub groups: Vec<String>,
+    /// Shape that fits its corners.
+    pub shape: DatumShapeReport,
+    /// Centre of its area, on the axis of a cylinder; in the frame of the table.
+    pub place_mm: [f64; 3],
+    /// Direction of a plane out of the material, or of a cylinder's axis; `null` of any other
+    /// shape.
+    pub direction: Option<[f64; 3]>,
+    /// Radius of a cylinder; `null` of any other shape.
+    pub radius_mm: Option<f64>,
+    /// Largest distance of its corners from the shape.
+    pub deviation_mm: f64,
+    /// Whether the first clamping locates the part by it, too.
+    pub in_first: bool,
+}
+
+/// Shape of a datum.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum DatumShapeReport {
+    /// A plane.
+    Plane,
+    /// A cylinder.
+    Cylinder,
+    /// Any other surface.
+    Other,
+}
+
+impl DatumReport {
+    /// Returns the datum in words.
+    #[must_use]
+    pub fn in_words(&self) -> String {
+        let place = |p: [f64; 3]| format!("({:.3}, {:.3}, {:.3})", p[0], p[1], p[2]);
+        let groups = self.groups.join(", ");
+        let at = place(self.place_mm);
+        let direction = self.direction.map(place).unwrap_or_default();
+        let shape = match (self.shape, self.radius_mm) {
+            (DatumShapeReport::Plane, _) => format!("plane through {at}, facing {direction}"),
+            (DatumShapeReport::Cylinder, Some(radius)) => {
+                format!("cylinder of radius {radius:.3} mm, axis through {at} along {direction}")
+            }
+            _ => format!("surface with its middle at {at}"),
+        };
+        format!("{groups} of {}: {shape}", self.file)
+    }
 }
 
 /// Position of the part in a clamping.

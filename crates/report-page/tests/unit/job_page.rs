@@ -1,4 +1,4 @@
-use facemill_job::format::job_report::JOB_REPORT_FORMAT;
+use facemill_job::format::job_report::{DatumReport, DatumShapeReport, JOB_REPORT_FORMAT};
 use facemill_job::format::report::operations::OperationReport;
 
 use super::*;
@@ -42,6 +42,19 @@ fn pose(rotation_deg: f64, z: f64) -> PoseReport {
     PoseReport { translation_mm: [0.0, 0.0, z], rotation_axis: [1.0, 0.0, 0.0], rotation_deg }
 }
 
+fn bore(in_first: bool) -> DatumReport {
+    DatumReport {
+        file: "part <1>.glb".to_owned(),
+        groups: vec!["hub/bore".to_owned()],
+        shape: DatumShapeReport::Cylinder,
+        place_mm: [0.0, 0.0, 500.0],
+        direction: Some([0.0, 0.0, 1.0]),
+        radius_mm: Some(45.0),
+        deviation_mm: 0.001,
+        in_first,
+    }
+}
+
 fn report() -> JobReport {
     let placement = |moved_by: Option<PoseReport>| PlacementReport {
         work_offset: "G54".to_owned(),
@@ -55,6 +68,7 @@ fn report() -> JobReport {
         time_s: programs.iter().map(|p| p.time_s).sum(),
         placement,
         stock: "a <box>".to_owned(),
+        datums: vec![bore(name == "suction")],
         fixtures: Vec::new(),
         joined_program: Some("program.nc".to_owned()),
         joined_blake3: None,

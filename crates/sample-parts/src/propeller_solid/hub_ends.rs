@@ -6,7 +6,7 @@ use nalgebra::Point3;
 
 use crate::propeller::hub::{LONGEST_QUAD, ROUNDING, steps};
 use crate::propeller_solid::bore::Bore;
-use crate::propeller_solid::sector::{BORE, CYLINDER, Corner, ENDS, Sector};
+use crate::propeller_solid::sector::{BORE, CYLINDER, Corner, ENDS, FACES, Sector};
 
 /// Hub beyond a band of its cylinder.
 #[derive(Clone, Copy, Debug)]
@@ -30,7 +30,7 @@ impl HubEnds {
                 let centre = sector.axis_vertex(self.flat_height(end));
                 for i in 0..n {
                     let [a, b] = [corner(flat_ring, i), corner(flat_ring, i + 1)];
-                    sector.triangle(ENDS, if end == 0 { [b, a, centre] } else { [a, b, centre] });
+                    sector.triangle(FACES, if end == 0 { [b, a, centre] } else { [a, b, centre] });
                 }
             }
             return;
@@ -43,7 +43,7 @@ impl HubEnds {
             let wall = bore.radii()[end];
             let n_steps = self.n_quads(sector, flat - wall, wall, n);
             let outline = (1..=n_steps).map(|k| (flat + (wall - flat) * share(k, n_steps), z));
-            bore_rings.push(add_rings(sector, flat_ring.clone(), outline, end == 1, |_| ENDS));
+            bore_rings.push(add_rings(sector, flat_ring.clone(), outline, end == 1, |_| FACES));
         }
         let n_steps = self.n_quads(sector, high - low, aft.min(ahead), n);
         let outline =

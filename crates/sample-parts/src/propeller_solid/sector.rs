@@ -7,7 +7,7 @@ use nalgebra::{Point3, Rotation3, Vector3};
 
 /// Groups of a propeller as one solid, in the order of its mesh: those of a blade, by side as
 /// [`SideGroup`] has them, then the hub's.
-pub(crate) const SECTOR_GROUPS: [&str; 13] = [
+pub(crate) const SECTOR_GROUPS: [&str; 14] = [
     "suction",
     "suction-leading-edge",
     "suction-trailing-edge",
@@ -20,11 +20,13 @@ pub(crate) const SECTOR_GROUPS: [&str; 13] = [
     "pressure-fillet",
     "hub/cylinder",
     "hub/ends",
+    "hub/faces",
     "hub/bore",
 ];
 pub(crate) const CYLINDER: usize = 10;
 pub(crate) const ENDS: usize = 11;
-pub(crate) const BORE: usize = 12;
+pub(crate) const FACES: usize = 12;
+pub(crate) const BORE: usize = 13;
 
 /// Group of one side of a blade; edges, tip and fillet go as far as the line where both sides meet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,7 +1,8 @@
 //! Laws of castings, by distances of points from the surface of part and casting.
 
 use facemill_sample_parts::{
-    BladeResolution, CastingAllowance, PropellerSeries, PropellerSpec, blade, blade_pose, casting, hub,
+    BladeResolution, Bore, CastingAllowance, PropellerSeries, PropellerSpec, RootFillet, SolidForm, TurnedHub, blade,
+    blade_pose, casting, hub, propeller_solid, turned_casting,
 };
 use facemill_surface_model::{Surface, SurfaceSettings, TriMesh};
 use nalgebra::Point3;
@@ -87,4 +88,42 @@ fn an_allowance_varies_by_no_more_than_itself() {
     assert!(CastingAllowance::new(3.0, 3.5).is_err());
     assert!(CastingAllowance::new(-1.0, 0.0).is_err());
     assert!(CastingAllowance::new(f64::NAN, 0.0).is_err());
+}
+
+#[test]
+fn nothing_of_a_turned_casting_is_beyond_its_faces_or_in_its_bore() {
+    let spec = PropellerSpec::new(PropellerSeries::Dtmb4119, 500.0).expect("a propeller");
+    let form = SolidForm {
+        fillet: RootFillet::constant(7.5).expect("a fillet"),
+        bore: Some(Bore::cylinder(0.45 * spec.hub_radius()).expect("a bore")),
+    };
+    let resolution = BladeResolution::new(20, 24).expect("a resolution");
+    let part = propeller_solid(&spec, &form, resolution, 0.1).expect("a solid");
+    let faces = part.select_groups(|name| name == "hub/faces").aabb();
+    let bore = part.select_groups(|name| name == "hub/bore");
+    let bore_radius = bore.vertices()[bore.triangles()[0][0] as usize].coords.xy().norm();
+    let hub = TurnedHub { bore_radius, faces: [faces.min.z, faces.max.z] };
+    let (allowance, cell) = (CastingAllowance::new(6.0, 3.0).expect("an allowance"), 4.0);
+    let turned = turned_casting(&part, allowance, cell, hub).expect("a casting");
+    let whole = casting(&part, allowance, cell).expect("a casting");
+    let on_whole = surface(&whole);
+    assert!(surface(&turned).topology().components.iter().all(|c| c.closed), "open");
+    // The part is within it in z, by the rounding of files and no more.
+    let bounds = turned.aabb();
+    assert!(bounds.max.z > faces.max.z + 1e-3 && bounds.max.z < faces.max.z + 0.05);
+    assert!(bounds.min.z < faces.min.z - 1e-3 && bounds.min.z > faces.min.z - 0.05);
+    let mut on_wall = 0;
+    for p in places(&turned) {
+        let radius = p.coords.xy().norm();
+        assert!(radius > bore_radius - 1e-9, "{p} is in the bore");
+        let is_turned = radius < bore_radius + cell || p.z > faces.max.z - cell || p.z < faces.min.z + cell;
+        on_wall += usize::from(radius < bore_radius + 0.5 * cell);
+        // Elsewhere it is the casting.
+        let distance = || on_whole.closest_point(&p, 1.0).map_or(1.0, |foot| foot.distance);
+        assert!(is_turned || distance() < 1e-9, "{p}");
+    }
+    assert!(on_wall > 100, "{on_wall} places on the wall of the bore");
+    let wrong = TurnedHub { faces: [5.0, -5.0], ..hub };
+    assert!(turned_casting(&part, allowance, cell, wrong).is_err());
+    assert!(turned_casting(&part, allowance, cell, TurnedHub { bore_radius: 3.0, ..hub }).is_err());
 }

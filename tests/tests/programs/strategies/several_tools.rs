@@ -259,6 +259,10 @@ fn the_first_tool_comes_again_and_each_clamping_has_its_program() {
         operation("d", "again", "mill"),
         operation("e", "again", "finer"),
     ]);
+    // A face that looks down, below the patch.
+    job.write("face.obj", FACE.as_bytes());
+    let datum = json!({ "file": "face.obj", "role": "datum", "unit": "millimetre", "up_axis": "z" });
+    file["setups"][0]["meshes"].as_array_mut().expect("meshes").push(datum);
     let mut second = file["setups"][0].clone();
     second["name"] = json!("again");
     file["setups"].as_array_mut().expect("setups").push(second);
@@ -295,6 +299,44 @@ fn the_first_tool_comes_again_and_each_clamping_has_its_program() {
     let planned = facemill_in(&job, &format!("plan job.json --no-html --out {}", out.display()));
     assert!(planned.code == 0 && planned.prints(&["not written", "LBL 99"]), "{}{}", planned.printed, planned.errors);
     assert!(!out.join("program-top.h").exists() && !out.join("program-again.h").exists());
+}
+
+/// A face 20 mm by 10 mm that looks down, at x from 0 on.
+const FACE: &str = "v 0 -5 -12\nv 20 -5 -12\nv 20 5 -12\nv 0 5 -12\nf 1 4 3\nf 1 3 2\n";
+
+#[test]
+fn a_datum_is_finished_and_not_cut() {
+    let job = two_tools("fanuc");
+    job.write("face.obj", FACE.as_bytes());
+    let mut file = job.json("job.json");
+    let patch = file["setups"][0]["meshes"][0].clone();
+    let refused = |datum: &Value, stock: Option<Value>, words: &[&str]| {
+        let mut file = file.clone();
+        file["setups"][0]["meshes"].as_array_mut().expect("meshes").push(datum.clone());
+        if let Some(stock) = stock {
+            file["setups"][0]["stock"] = stock;
+        }
+        job.write("job.json", file.to_string().as_bytes());
+        let checked = facemill_in(&job, "check job.json");
+        let is_named = words.iter().all(|word| checked.errors.contains(word));
+        assert!(checked.code == 2 && is_named, "{words:?}: {}{}", checked.printed, checked.errors);
+    };
+    let face = json!({ "file": "face.obj", "role": "datum", "unit": "millimetre", "up_axis": "z" });
+    let mut thick = face.clone();
+    thick["allowance_mm"] = json!(0.5);
+    refused(&thick, None, &["meshes[1].allowance_mm", "a datum is finished"]);
+    let mut both = patch;
+    both["role"] = json!("datum");
+    refused(&both, None, &["meshes[1].groups", "is a drive surface, too"]);
+    let stock = json!({ "box": { "min_mm": [-60.0, -60.0, -20.0], "max_mm": [60.0, 60.0, 6.0] } });
+    refused(&face, Some(stock), &["setups[0].meshes[1]", "there is stock on the datum at (", "-12.0)"]);
+    // On the lower face of the block there is none.
+    let stock = json!({ "box": { "min_mm": [-60.0, -60.0, -12.0], "max_mm": [60.0, 60.0, 6.0] } });
+    file["setups"][0]["meshes"].as_array_mut().expect("meshes").push(face);
+    file["setups"][0]["stock"] = stock;
+    job.write("job.json", file.to_string().as_bytes());
+    let checked = facemill_in(&job, "check job.json");
+    assert_eq!(checked.code, 0, "{}{}", checked.printed, checked.errors);
 }
 
 /// Asserts that `check` has a line for each operation of the five programs, and says once what
@@ -349,6 +391,15 @@ fn assert_job_report(job: &JobFolder, planned: &CommandOutput) {
     assert_eq!((&of_job["tool_changes"], &of_job["tool_change_s"]), (&json!(3), &json!(12.5)));
     let placed = |k: usize| &clampings[k]["placement"];
     assert_eq!((&placed(0)["moved_by"], &placed(1)["compared_with"]), (&Value::Null, &json!("top")));
+    for clamping in &clampings {
+        let datums = list(&clamping["datums"]);
+        let [datum] = &datums[..] else { panic!("{datums:?}") };
+        let on_table: f64 = number(&clamping["placement"]["table_from_work"]["translation_mm"][2]);
+        assert_eq!((&datum["shape"], &datum["direction"]), (&json!("plane"), &json!([0.0, 0.0, -1.0])));
+        is(number(&datum["place_mm"][2]), on_table - 12.0);
+        is(number(&datum["place_mm"][0]), 10.0);
+        assert_eq!((&datum["in_first"], &datum["radius_mm"]), (&json!(true), &Value::Null));
+    }
     assert_eq!(clampings[1]["stock"].as_str().map(|s| s.contains("the rest of setup \"top 3 mill\"")), Some(true));
     assert!(planned.prints(&["5 program(s) in 2 clamping(s)", "3 tool change(s) of 12.5 s"]), "{}", planned.printed);
 }
