@@ -16,3 +16,4 @@ mod roughing;
 pub(crate) mod several_tools;
 pub(crate) mod solution_space;
 pub(crate) mod turns;
+mod uneven_castings;
