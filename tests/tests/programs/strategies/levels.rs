@@ -17,7 +17,7 @@ const FRUSTUM: [[f64; 2]; 2] = [[18.0, 0.5], [9.0, 26.0]];
 const SIDES: usize = 48;
 
 /// Material to be left on it, mm.
-const ALLOWANCE: f64 = 0.5;
+pub(crate) const ALLOWANCE: f64 = 0.5;
 
 /// Cutter: R and r, mm.
 const RADIUS: f64 = 8.0;
@@ -47,7 +47,7 @@ fn frustum_obj() -> String {
 
 /// Distance of a point from the frustum, negative inside, mm: in the half plane of radius and
 /// height, from its top and side.
-fn distance(p: &Point3<f64>) -> f64 {
+pub(crate) fn distance(p: &Point3<f64>) -> f64 {
     let at = Point2::new(p.x.hypot(p.y), p.z);
     let [low, high] = FRUSTUM.map(Point2::from);
     let to_stretch = |a: &Point2<f64>, b: &Point2<f64>| {
@@ -67,7 +67,7 @@ fn radius_at(z: f64) -> f64 {
 }
 
 /// Returns a job that roughs a box around the frustum in levels.
-fn block(levels: &Value) -> JobFolder {
+pub(crate) fn block(levels: &Value) -> JobFolder {
     let job = JobFolder::new(&NewJob::Patch { size_mm: 80.0 });
     job.write("part.obj", frustum_obj().as_bytes());
     let arc = json!({ "tangential_arc": { "radius_mm": 4.0, "angle_deg": 90.0 } });
@@ -114,12 +114,12 @@ fn block(levels: &Value) -> JobFolder {
     job
 }
 
-fn text(job: &JobFolder, name: &str) -> String {
+pub(crate) fn text(job: &JobFolder, name: &str) -> String {
     std::fs::read_to_string(job.path(name)).unwrap_or_else(|e| panic!("{name}: {e}"))
 }
 
 /// Plans a job, which must succeed without a finding; returns the reports of its programs.
-fn planned(job: &JobFolder, programs: &[&str]) -> Vec<Value> {
+pub(crate) fn planned(job: &JobFolder, programs: &[&str]) -> Vec<Value> {
     let planned = facemill_in(job, &format!("plan job.json --no-html --out {}", job.path("out").display()));
     assert_eq!(planned.code, 0, "{}{}", planned.printed, planned.errors);
     let report =

@@ -1,6 +1,7 @@
 //! Passes by all strategies: planned, compared, pictured.
 
 mod adverse_regions;
+mod blocks_in_five_axes;
 mod cl_files;
 pub(crate) mod constant_scallop;
 pub(crate) mod edges_and_roots;
