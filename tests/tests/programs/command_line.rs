@@ -5,12 +5,17 @@ use std::process::{Command, Stdio};
 use std::time::Instant;
 
 use facemill::new_job::{NewJob, Series};
+use facemill::sample_parts::{PatchSpec, patch};
+use facemill::surface_model::{NamedNode, write_obj};
 use facemill_tests::commands::facemill_in;
 use facemill_tests::jobs::{JobFolder, copy_of, small_patch, small_propeller, unfinished, write_coarse_propeller};
 use facemill_tests::program::{code_and_errors, facemill, faults, run};
 use facemill_tests::shared::workspace;
 use facemill_tests::variants::{box_obj, tiny_patch};
+use nalgebra::Isometry3;
 use serde_json::{Value, json};
+
+use crate::strategies::several_tools::two_tools;
 
 fn plan(job: &JobFolder, out: &str, more: &[&str]) -> (i32, String) {
     let (file, folder) = (job.job(), job.path(out));
@@ -30,6 +35,60 @@ fn names(folder: &std::path::Path) -> Vec<String> {
 #[test]
 fn one_and_two_threads_write_the_same_bytes() {
     same_bytes(&[tiny_patch(), small_propeller()]);
+}
+
+/// Two tools in a clamping and one of them in a second one, each on what those before leave.
+#[test]
+fn one_and_two_threads_write_the_same_bytes_of_several_tools_and_setups() {
+    let job = two_tools("fanuc");
+    // A smaller patch, so that little of the time goes to the bound.
+    let spec = PatchSpec::new([36.0, 36.0], 0.33, [1.2, 1.0]).expect("numbers in range");
+    let mesh = patch(&spec, 15, 15).expect("numbers in range");
+    let nodes = [NamedNode { name: "patch", mesh: 0, transform: Isometry3::identity() }];
+    job.write("patch.obj", &write_obj(&[&mesh], &nodes).expect("a mesh"));
+    let mut file = job.json("job.json");
+    // So close that there is a bound of what the programs before leave.
+    file["setups"][0]["rest_cell_mm"] = json!(0.3);
+    let mut turned = file["setups"][0].clone();
+    (turned["name"], turned["work_from_part"]) = (json!("turned"), json!({ "rotation_deg": 90.0 }));
+    file["setups"].as_array_mut().expect("setups").push(turned);
+    let mut last = file["operations"][0].clone();
+    (last["name"], last["setup"]) = (json!("turned"), json!("turned"));
+    let operations = file["operations"].as_array_mut().expect("operations");
+    operations.iter_mut().for_each(|operation| operation["setup"] = json!("top"));
+    operations.push(last);
+    job.write("job.json", file.to_string().as_bytes());
+
+    for threads in ["1", "2"] {
+        let (code, errors) = plan(&job, threads, &["--no-html", "--threads", threads]);
+        assert_eq!(code, 0, "{errors}");
+        // The rest of the stock behind each program, by as many threads.
+        let of = |name: &str| job.path(threads).join(name);
+        let programs = ["program-top-1-mill.nc", "program-top-2-finer.nc", "program-turned.nc"].map(of);
+        for (k, program) in programs.iter().enumerate() {
+            let mut verify = Command::new(facemill());
+            verify.arg("verify").arg(program).arg("--job").arg(job.job()).args(["--setup", &(k + 1).to_string()]);
+            verify.args(["--stock-cell-mm", "0.5", "--rest-out"]).arg(of(&format!("rest-{k}.stock")));
+            for (before, program) in programs[..k].iter().enumerate() {
+                verify.arg("--after").arg(format!("{}={}", before + 1, program.display()));
+            }
+            let output = verify.env("RAYON_NUM_THREADS", threads).output().expect("facemill starts");
+            let (code, errors) = code_and_errors(&output);
+            assert_eq!(code, 0, "{program:?}: {errors}{}", String::from_utf8_lossy(&output.stdout));
+        }
+    }
+    let report = job.json("1/report-top-2-finer.json");
+    let planned_on = report["stock"]["planned_on"].as_str().expect("a text");
+    assert!(planned_on.starts_with("all that \"top 1 mill\" may leave"), "{planned_on}");
+    let all = names(&job.path("1"));
+    let several = |ending: &str, n: usize| all.iter().filter(|name| name.ends_with(ending)).count() >= n;
+    assert!(several(".nc", 4) && several(".stock", 3) && several(".json", 4), "{all:?}");
+    let bytes = |threads: &str, name: &String| std::fs::read(job.path(threads).join(name)).expect("a file");
+    assert_eq!(names(&job.path("2")), all);
+    // Wall times alone differ.
+    for name in all.iter().filter(|name| *name != "timings.json") {
+        assert!(bytes("1", name) == bytes("2", name), "{name} differs");
+    }
 }
 
 #[test]
