@@ -191,20 +191,63 @@ fn assert_bound(known: &Job, programs: usize, points: &RestPoints, before: &[Res
 
 #[test]
 fn a_turned_setup_begins_with_what_the_one_before_leaves_of_a_casting() {
+    let casting = json!({ "mesh": { "file": "box.obj", "unit": "millimetre", "up_axis": "z" } });
+    let job = assert_turned([&casting, &casting]);
+    // Of a casting that is not closed the inside is not known: there is no bound.
+    let first = text(&job, "out/program-top.nc");
+    let open: Vec<String> = job_box().lines().map(str::to_owned).collect();
+    let last = open.iter().rposition(|line| line.starts_with('f')).expect("a face");
+    job.write("box.obj", (open[..last].join("\n") + "\n").as_bytes());
+    let mut open = Job::read(&job.job()).expect("a job");
+    open.programs.add(0, Some((job.path("out/program-top.nc"), first.into_bytes())), Dialect::Fanuc);
+    let own = Setup::read(&open, 1).expect("a setup").after_programs(&open.for_setup(1), &Silent).expect("a setup");
+    let why = own.planning_stock.to_string();
+    assert!(why.starts_with("the setup's stock, because") && why.contains("closed"), "{why}");
+}
+
+#[test]
+fn a_turned_setup_begins_with_what_the_one_before_leaves_of_a_box() {
+    // The box is not square: turned by 90 deg its sides change places.
+    let of = |x: f64, y: f64| json!({ "box": { "min_mm": [-x, -y, -6.0], "max_mm": [x, y, TURNED_TOP] } });
+    let job = assert_turned([&of(41.0, 43.0), &of(43.0, 41.0)]);
+    job.set("job.json", &[("/setups/1/stock", of(41.0, 43.0))]);
+    let checked = facemill_in(&job, "check job.json");
+    assert!(checked.prints(&["it is not where the part takes that of setup \"top\""]), "{}", checked.printed);
+}
+
+#[test]
+fn a_turned_setup_begins_with_what_the_one_before_leaves_of_a_bar() {
+    let of = |base: [f64; 3], axis: [f64; 3]| json!({ "cylinder": { "base_mm": base, "axis": axis, "radius_mm": 70.0, "height_mm": 6.0 + TURNED_TOP } });
+    // Stated from its other end.
+    let low = of([0.0, 0.0, -6.0], [0.0, 0.0, 1.0]);
+    assert_turned([&low, &of([0.0, 0.0, TURNED_TOP], [0.0, 0.0, -1.0])]);
+}
+
+/// Height of the stock of the job with a turned setup, mm.
+const TURNED_TOP: f64 = 3.5;
+
+fn job_box() -> String {
+    box_obj([-41.0, -41.0, -6.0], [41.0, 41.0, TURNED_TOP])
+}
+
+/// Asserts that a setup that is turned by 90 deg begins with what the one before leaves, each with a
+/// stock of its own; returns the job, planned.
+fn assert_turned(stocks: [&Value; 2]) -> JobFolder {
     let planes = "/operations/0/path/strategy/strategy/parallel_planes";
-    let top = 3.5;
+    let top = TURNED_TOP;
     let job = variant(&[
         (&format!("{planes}/from_mm"), json!(-BAND)),
         (&format!("{planes}/to_mm"), json!(BAND)),
         ("/operations/0/tolerances/max_step_mm", json!(4.0)),
-        ("/setups/0/stock", json!({ "mesh": { "file": "box.obj", "unit": "millimetre", "up_axis": "z" } })),
+        ("/setups/0/stock", stocks[0].clone()),
         ("/setups/0/clearance/plane/origin_mm/2", json!(30.0)),
     ]);
-    job.write("box.obj", box_obj([-41.0, -41.0, -6.0], [41.0, 41.0, top]).as_bytes());
+    job.write("box.obj", job_box().as_bytes());
     with_long_flute(&job, 8.0);
     let mut file = job.json("job.json");
     let mut turned = file["setups"][0].clone();
     (turned["name"], turned["work_from_part"]) = (json!("turned"), json!({ "rotation_deg": 90.0 }));
+    turned["stock"] = stocks[1].clone();
     let mut first = file["operations"][0].clone();
     (first["setup"], first["allowance_mm"]) = (json!("top"), json!(LEFT));
     let mut second = file["operations"][0].clone();
@@ -237,18 +280,10 @@ fn a_turned_setup_begins_with_what_the_one_before_leaves_of_a_casting() {
     assert_eq!(outside, 0, "of {} points", points.left.len());
     // The band that the first program has cut is along y here.
     assert!(!bound.is_inside(&Point3::new(0.0, 20.0, 3.0)) && bound.is_inside(&Point3::new(20.0, 0.0, 3.0)));
-    // Of a casting that is not closed the inside is not known: there is no bound.
-    let open: Vec<String> = box_obj([-41.0, -41.0, -6.0], [41.0, 41.0, top]).lines().map(str::to_owned).collect();
-    let last = open.iter().rposition(|line| line.starts_with('f')).expect("a face");
-    job.write("box.obj", (open[..last].join("\n") + "\n").as_bytes());
-    let mut open = Job::read(&job.job()).expect("a job");
-    open.programs = known.programs.clone();
-    let own = Setup::read(&open, 1).expect("a setup").after_programs(&open.for_setup(1), &Silent).expect("a setup");
-    let why = own.planning_stock.to_string();
-    assert!(why.starts_with("the setup's stock, because") && why.contains("closed"), "{why}");
     let second = text(&job, "out/program-turned.nc");
     let met = points.cut(&ReadBack::of(&job, 1), &interpreter::run(&second), STEP);
     assert!(met.is_empty(), "{} points, first {:?}", met.len(), met[0]);
+    job
 }
 
 #[test]
