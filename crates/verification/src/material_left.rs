@@ -35,6 +35,9 @@ pub struct MaterialLeft {
     pub left: Vec<LeftHeight>,
     /// Whether programs before have cut them.
     pub was_cut: Vec<bool>,
+    /// Stock up to which the operation leaves a place uncut, mm: it cuts what is higher alone
+    /// (`region.left_above`, layers).
+    pub uncut_up_to: f64,
 }
 
 impl MaterialLeft {
@@ -73,9 +76,10 @@ impl MaterialLeft {
         }
     }
 
-    /// Returns whether no cut reaches a sample and material is left on it.
+    /// Returns whether no cut reaches a sample and material is left on it that the operation is to
+    /// cut.
     pub(crate) fn is_never_cut(&self, k: usize) -> bool {
-        self.left[k].cut_by.is_none() && !self.was_cut[k] && self.on[k].stock > ACCURACY
+        self.left[k].cut_by.is_none() && !self.was_cut[k] && self.on[k].stock > ACCURACY.max(self.uncut_up_to)
     }
 
     /// Returns the indices of the highest samples, the highest first; of equal ones the first.

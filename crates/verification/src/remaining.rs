@@ -261,6 +261,7 @@ fn measured(
         left_heights(sweeps, &on, &*monitor).map_err(|_| Failure::Interrupted)
     };
     let mut measured = MaterialLeft::new(&all, &heights(&all)?);
+    measured.uncut_up_to = requested.operation.region().left_above.as_ref().map_or(0.0, |left| left.height_mm);
     let spacing = measured.spacing();
     let near = |k: &usize| {
         let Sampled { place, sample, .. } = all[*k];

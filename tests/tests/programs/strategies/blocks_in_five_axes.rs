@@ -116,14 +116,10 @@ fn highest(block: Block) -> f64 {
 fn dome_in(block: Block) -> JobFolder {
     let mesh = json!({ "file": "dome.obj", "role": "drive", "unit": "millimetre", "up_axis": "z" });
     let up = json!({ "axis": [0.0, 0.0, 1.0], "half_angle_deg": 40.0 });
-    // The first layer is above the corners of a box alone. Its passes leave out what is no more than
-    // a cusp above it; where no cut reaches this, it counts as never cut.
-    let never = if block == Block::Box { 0.05 } else { 0.002 };
     let job = variant(&[
         ("/operations/0/name", json!("rough")),
         ("/operations/0/allowance_mm", json!(LEFT)),
         ("/operations/0/layers", json!({ "from_mm": highest(block), "depth_mm": DEPTH })),
-        ("/operations/0/finish", json!({ "max_never_cut_fraction": never })),
         ("/operations/0/path/strategy/region", json!({ "normal_cone": up, "extend_mm": BESIDE + 1.0 })),
         ("/operations/0/path/strategy/strategy", json!({ "parallel_planes": { "normal": [0.0, 1.0, 0.0] } })),
         ("/operations/0/tolerances/cusp_mm", json!(CUSP)),

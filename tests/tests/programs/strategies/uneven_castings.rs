@@ -104,14 +104,10 @@ fn hill() -> JobFolder {
     let mut plate = mesh("plate.obj");
     plate["role"] = json!("drive");
     let up = json!({ "axis": [0.0, 0.0, 1.0], "half_angle_deg": 5.0 });
-    // Passes leave out the ring that is no more than a cusp above a layer; where no cut reaches it,
-    // it counts as never cut.
-    let ring = 1.0 - (distance_of(level(1) + CUSP) / distance_of(level(1))).powi(2);
     let job = variant(&[
         ("/operations/0/name", json!("rough")),
         ("/operations/0/allowance_mm", json!(LEFT)),
         ("/operations/0/layers", json!({ "from_mm": TOP, "depth_mm": DEPTH })),
-        ("/operations/0/finish", json!({ "max_never_cut_fraction": ring })),
         ("/operations/0/path/strategy/region", json!({ "normal_cone": up, "extend_mm": AROUND + 1.0 })),
         ("/operations/0/path/strategy/strategy", json!({ "parallel_planes": { "normal": [0.0, 1.0, 0.0] } })),
         ("/operations/0/tolerances/cusp_mm", json!(CUSP)),
