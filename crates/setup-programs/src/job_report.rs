@@ -98,7 +98,7 @@ fn datum_reports(own: &[Datum], first: &[Datum], setup: &SetupFile) -> Vec<Datum
         };
         DatumReport {
             file: datum.file.clone(),
-            groups: datum.groups.clone(),
+            group: datum.group.clone(),
             shape,
             place_mm: rounded(on_table.place.coords.into()),
             direction: direction.map(|d| rounded(d.into_inner().into())),

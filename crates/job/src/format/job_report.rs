@@ -74,13 +74,13 @@ pub struct ClampingReport {
     pub without_program: Vec<String>,
 }
 
-/// Connected piece of a datum, on the table.
+/// Connected piece of a group of a datum, on the table.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct DatumReport {
     /// Mesh file.
     pub file: String,
-    /// Groups of it that the piece is of.
-    pub groups: Vec<String>,
+    /// Group of it that the piece is of.
+    pub group: String,
     /// Shape that fits its corners.
     pub shape: DatumShapeReport,
     /// Centre of its area, on the axis of a cylinder; in the frame of the table.
@@ -113,7 +113,6 @@ impl DatumReport {
     #[must_use]
     pub fn in_words(&self) -> String {
         let place = |p: [f64; 3]| format!("({:.3}, {:.3}, {:.3})", p[0], p[1], p[2]);
-        let groups = self.groups.join(", ");
         let at = place(self.place_mm);
         let direction = self.direction.map(place).unwrap_or_default();
         let shape = match (self.shape, self.radius_mm) {
@@ -123,7 +122,7 @@ impl DatumReport {
             }
             _ => format!("surface with its middle at {at}"),
         };
-        format!("{groups} of {}: {shape}", self.file)
+        format!("{} of {}: {shape}", self.group, self.file)
     }
 }
 

@@ -26,13 +26,13 @@ pub enum DatumShape {
     Other,
 }
 
-/// Connected piece of the datum surfaces of a setup.
+/// Connected piece of a group of a setup's datum surfaces.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Datum {
     /// Mesh file, as the job has it.
     pub file: String,
-    /// Names of the groups that it is of.
-    pub groups: Vec<String>,
+    /// Name of the group that it is of.
+    pub group: String,
     /// Its shape.
     pub shape: DatumShape,
     /// Centre of its area, on the axis of a cylinder; in the frame asked for, mm.
@@ -47,8 +47,8 @@ const STRAY: f64 = 0.01;
 /// Largest distance of a cylinder's corners from it, over its radius.
 const OUT_OF_ROUND: f64 = 0.01;
 
-/// Returns the datums of a setup in the frame of the part, by mesh entry and then by their first
-/// triangle.
+/// Returns the datums of a setup in the frame of the part, by mesh entry and group, then by their
+/// first triangle.
 ///
 /// # Errors
 /// If a mesh cannot be read, or groups do not exist.
@@ -59,15 +59,21 @@ pub fn datums(job: &Job, index: usize) -> Result<Vec<Datum>, Failure> {
     for (k, entry) in meshes.iter().enumerate().filter(|(_, entry)| entry.role == RoleFile::Datum) {
         let mesh = &read.get(&FileKey::from(entry))?.mesh;
         let selected = selected_groups(job, &format!("{}.meshes[{k}]", job.setup_key(index)), entry, mesh)?;
-        let mesh = only(mesh, &selected);
-        let topology = Topology::of(&mesh, &Edges::of(&mesh));
-        for piece in 0..topology.components.len() as u32 {
-            let triangles: Vec<usize> =
-                (0..mesh.triangles().len()).filter(|&t| topology.component_of[t] == piece).collect();
-            found.push(datum(&entry.file, &mesh, &triangles));
+        for group in (0..selected.len()).filter(|&group| selected[group]) {
+            let of_group: Vec<bool> = (0..selected.len()).map(|k| k == group).collect();
+            found.extend(pieces(&entry.file, &mesh.groups()[group].name, &only(mesh, &of_group)));
         }
     }
     Ok(found)
+}
+
+/// Returns the connected pieces of a group.
+fn pieces(file: &str, group: &str, mesh: &TriMesh) -> Vec<Datum> {
+    let topology = Topology::of(mesh, &Edges::of(mesh));
+    let of_piece = |piece: usize| {
+        (0..mesh.triangles().len()).filter(|&t| topology.component_of[t] == piece as u32).collect::<Vec<usize>>()
+    };
+    (0..topology.components.len()).map(|piece| datum(file, group, mesh, &of_piece(piece))).collect()
 }
 
 impl Datum {
@@ -89,14 +95,8 @@ fn upward(axis: Unit<Vector3<f64>>) -> Unit<Vector3<f64>> {
     if last.is_some_and(|c| *c < 0.0) { -axis } else { axis }
 }
 
-fn datum(file: &str, mesh: &TriMesh, triangles: &[usize]) -> Datum {
+fn datum(file: &str, group: &str, mesh: &TriMesh, triangles: &[usize]) -> Datum {
     let corners = |t: &usize| mesh.triangles()[*t].map(|v| mesh.vertices()[v as usize]);
-    let mut groups: Vec<String> = Vec::new();
-    for group in mesh.groups() {
-        if triangles.iter().any(|t| group.triangles.contains(t)) && !groups.contains(&group.name) {
-            groups.push(group.name.clone());
-        }
-    }
     // Areas as vectors along the normals.
     let facets: Vec<(Vector3<f64>, Point3<f64>)> = triangles
         .iter()
@@ -112,7 +112,7 @@ fn datum(file: &str, mesh: &TriMesh, triangles: &[usize]) -> Datum {
     let (shape, place, deviation) = plane(&facets, centre, &points)
         .or_else(|| cylinder(&facets, centre, &points))
         .unwrap_or((DatumShape::Other, centre, 0.0));
-    Datum { file: file.to_owned(), groups, shape, place, deviation }
+    Datum { file: file.to_owned(), group: group.to_owned(), shape, place, deviation }
 }
 
 type Fitted = (DatumShape, Point3<f64>, f64);

@@ -45,7 +45,7 @@ fn pose(rotation_deg: f64, z: f64) -> PoseReport {
 fn bore(in_first: bool) -> DatumReport {
     DatumReport {
         file: "part <1>.glb".to_owned(),
-        groups: vec!["hub/bore".to_owned()],
+        group: "hub/bore".to_owned(),
         shape: DatumShapeReport::Cylinder,
         place_mm: [0.0, 0.0, 500.0],
         direction: Some([0.0, 0.0, 1.0]),

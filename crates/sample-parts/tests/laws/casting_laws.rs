@@ -116,7 +116,9 @@ fn nothing_of_a_turned_casting_is_beyond_its_faces_or_in_its_bore() {
     for p in places(&turned) {
         let radius = p.coords.xy().norm();
         assert!(radius > bore_radius - 1e-9, "{p} is in the bore");
-        let is_turned = radius < bore_radius + cell || p.z > faces.max.z - cell || p.z < faces.min.z + cell;
+        // Cubes that a face or the bore cuts are 1.8 cells across.
+        let near = 2.0 * cell;
+        let is_turned = radius < bore_radius + near || p.z > faces.max.z - near || p.z < faces.min.z + near;
         on_wall += usize::from(radius < bore_radius + 0.5 * cell);
         // Elsewhere it is the casting.
         let distance = || on_whole.closest_point(&p, 1.0).map_or(1.0, |foot| foot.distance);

@@ -81,7 +81,7 @@ fn solids_are_closed_outward_and_of_one_piece() {
                 assert!(kit::volume(&solid) > 0.0, "{series:?}");
                 let n_blades = spec.n_blades();
                 let names: Vec<&str> = solid.groups().iter().map(|group| group.name.as_str()).collect();
-                assert_eq!(names.len(), 10 * n_blades + if form.bore.is_some() { 3 } else { 2 });
+                assert_eq!(names.len(), 10 * n_blades + if form.bore.is_some() { 4 } else { 3 });
                 assert_eq!(
                     names[..5].join(" "),
                     "blade-1/suction blade-1/suction-leading-edge blade-1/suction-trailing-edge blade-1/suction-tip \

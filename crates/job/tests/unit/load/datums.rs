@@ -27,7 +27,7 @@ fn wall(radius: f64, heights: [f64; 2], angles: [f64; 2]) -> TriMesh {
 }
 
 fn of_all(mesh: &TriMesh) -> Datum {
-    datum("part.obj", mesh, &(0..mesh.triangles().len()).collect::<Vec<usize>>())
+    datum("part.obj", "bore", mesh, &(0..mesh.triangles().len()).collect::<Vec<usize>>())
 }
 
 fn pose() -> Isometry3<f64> {
@@ -62,6 +62,19 @@ fn a_face_is_a_plane_that_faces_out_and_moves_with_the_part() {
     // It is the same as of the mesh where it is.
     let there = of_all(&face.transformed(&pose()));
     assert!((there.place - found.place).norm() < 1e-12);
+}
+
+#[test]
+fn a_group_of_two_faces_has_two_planes() {
+    let face = |z: f64, up: bool| {
+        let p = |x: f64, y: f64| Point3::new(x, y, z);
+        let quad = [p(0.0, 0.0), p(8.0, 0.0), p(8.0, 4.0), p(0.0, 4.0)];
+        of_quads(&[if up { quad } else { [quad[0], quad[3], quad[2], quad[1]] }])
+    };
+    let found = pieces("part.obj", "faces", &face(5.0, true).joined(&face(-3.0, false)));
+    let sides: Vec<(f64, DatumShape)> = found.iter().map(|datum| (datum.place.z, datum.shape)).collect();
+    let plane = |z: f64| DatumShape::Plane(Unit::new_normalize(Vector3::new(0.0, 0.0, z)));
+    assert_eq!(sides, [(5.0, plane(1.0)), (-3.0, plane(-1.0))]);
 }
 
 #[test]
