@@ -2,7 +2,6 @@
 
 pub mod ad_hoc_setup;
 pub mod clearance_surface;
-pub mod datums;
 pub(crate) mod enclosure;
 pub mod job;
 pub mod job_files;
@@ -42,7 +41,6 @@ use crate::format::job_settings::JobSetting;
 use crate::format::made_from::InputFile;
 use crate::frames::{direction, pose};
 use crate::load::clearance_surface::clearance_surface;
-use crate::load::datums::check_datums;
 use crate::load::enclosure::check_enclosure;
 use crate::load::job::{
     ExtendedRegion, Job, NamedTools, SecondHead, Setup, SetupLevel, WrittenPrograms, machine_to_plan_for, standing,
@@ -52,6 +50,7 @@ use crate::load::job_source::{JOB_NAME, blamed, job_of_text, job_path, read_job_
 use crate::load::machine_load::read_machine_of;
 use crate::load::made_from::{ReadInput, all_inputs_of};
 use crate::load::mesh_files::{FileKey, MeshFiles};
+use crate::load::obstacle_meshes::datums::check_datums;
 use crate::load::obstacle_meshes::{
     ObstacleRole, Selection, joined_obstacles, matches_pattern, only, select_also, selected_groups, shared_obstacle,
     table_bodies,

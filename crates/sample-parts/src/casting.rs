@@ -65,9 +65,9 @@ pub struct TurnedHub {
 const ON_FACES: f64 = 0.01;
 
 impl TurnedHub {
-    /// Returns a value that is above 0 beyond a face or in the bore, the distance from the nearest of
-    /// them, and negative elsewhere. The bore is wider by the sagitta of facets that span a cube of
-    /// the lattice, so that none of them lies in that of the part.
+    /// Returns a value that is above 0 beyond a face or in the bore, the distance from the nearest
+    /// of them, and negative elsewhere. The bore is wider by the sagitta of facets that span a cube
+    /// of the lattice, so that none of them lies in that of the part.
     fn beyond(&self, p: &Point3<f64>, cell: f64) -> f64 {
         let [low, high] = self.faces;
         let bore = self.bore_radius + 3.0 * cell * cell / (4.0 * self.bore_radius);
@@ -148,7 +148,7 @@ fn cast(part: &TriMesh, allowance: CastingAllowance, cell: f64, hub: Option<Turn
 struct Lattice {
     surface: Surface,
     allowance: CastingAllowance,
-    /// What is turned before.
+    /// Hub that is turned before.
     hub: Option<TurnedHub>,
     /// Longest side of the part, mm.
     length: f64,

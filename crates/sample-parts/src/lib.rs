@@ -12,8 +12,8 @@
 //! - [`BladeLoft`]: a smooth blade through sections of points, and its mesh, from section to
 //!   section or between [`Endwalls`] (hub and shroud), with a sector of the hub.
 //! - [`patch`]: a wavy sculptured patch with exact normals and curvatures.
-//! - [`casting`]: any of these solids with uneven material on it; [`turned_casting`]: with a hub that
-//!   is turned before.
+//! - [`casting`]: any of these solids with uneven material on it.
+//! - [`turned_casting`]: the same with a hub that is turned before.
 //! - [`turned_solid`]: a solid of revolution, such as an arbor that clamps a hub.
 //! - [`AnalyticPart`]: plane, sphere, cylinder, torus and saddle with exact closest points.
 //!

@@ -12,8 +12,8 @@ use facemill_job::format::report::operations::OperationReport;
 use facemill_job::format::report::outcome::Outcome;
 use facemill_job::format::report::stock::OWN_STOCK;
 use facemill_job::frames::pose;
-use facemill_job::load::datums::{Datum, DatumShape, datums};
 use facemill_job::load::job::Job;
+use facemill_job::load::obstacle_meshes::datums::{Datum, DatumShape, datums};
 use facemill_planner::Planned;
 use nalgebra::Isometry3;
 

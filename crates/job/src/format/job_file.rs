@@ -490,8 +490,8 @@ pub struct OperationFile {
     pub allowance_mm: f64,
     /// Cuts the region in layers parallel to it, from the outermost to the one that leaves
     /// `allowance_mm`: each an operation of its own, with passes only where there is material more
-    /// than `cusp_mm` above its layer, and `max_step_over_mm` around it (docs/cookbook.md#roughing).
-    /// Not on a machine with two heads.
+    /// than `cusp_mm` above its layer, and `max_step_over_mm` around it
+    /// (docs/cookbook.md#roughing). Not on a machine with two heads.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub layers: Option<LayersFile>,
     /// Cuts the stock level by level across an axis, from its top down to the part with

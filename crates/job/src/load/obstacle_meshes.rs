@@ -1,5 +1,7 @@
 //! Meshes that must not be cut or hit, from the groups to which a job gives a role.
 
+pub mod datums;
+
 use std::ops::Deref;
 use std::sync::Arc;
 

@@ -7,7 +7,8 @@ use facemill_z_map::{DexelMap, GridError, MeshStockError, TriDexel};
 use nalgebra::Isometry3;
 
 use crate::failure::Failure;
-use crate::frames::places;
+use crate::format::job_file::StockFile;
+use crate::frames::{places, pose};
 use crate::load::job::{Job, Setup};
 use crate::load::obstacle_meshes::ObstacleRole;
 use crate::planning_stock::OwnStock;
@@ -32,24 +33,30 @@ pub struct StockMeshes {
     mesh: TriMesh,
     allowance: f64,
     is_solid: bool,
+    /// Pose of the part in the frame that the job states the stock in, if that is the workpiece's.
+    frame: Isometry3<f64>,
 }
 
 impl StockMeshes {
     /// Returns the stock; stock given as an allowance is part and check surfaces with the allowance
     /// around them.
     pub fn of(setup: &Setup<'_>) -> Self {
+        let frame = match setup.file.stock {
+            StockFile::Box(_) | StockFile::Cylinder(_) => pose(&setup.file.work_from_part),
+            StockFile::Offset(_) | StockFile::Mesh(_) => Isometry3::identity(),
+        };
         if let Some(own) = &setup.own_stock {
-            return Self { mesh: own.mesh.clone(), allowance: own.allowance, is_solid: own.is_solid };
+            return Self { mesh: own.mesh.clone(), allowance: own.allowance, is_solid: own.is_solid, frame };
         }
         let meshes = |roles: &[ObstacleRole]| {
             let of_role = setup.obstacles.iter().filter(|o| roles.contains(&o.role));
             of_role.fold(TriMesh::default(), |all, o| all.joined(&o.mesh))
         };
         if setup.stock_solid.is_some() {
-            Self { mesh: meshes(&[ObstacleRole::Stock]), allowance: 0.0, is_solid: true }
+            Self { mesh: meshes(&[ObstacleRole::Stock]), allowance: 0.0, is_solid: true, frame }
         } else {
             let allowance = setup.stock_thickness;
-            Self { mesh: meshes(&[ObstacleRole::Part, ObstacleRole::Check]), allowance, is_solid: false }
+            Self { mesh: meshes(&[ObstacleRole::Part, ObstacleRole::Check]), allowance, is_solid: false, frame }
         }
     }
 
@@ -65,7 +72,7 @@ impl StockMeshes {
 
     /// Returns the identity of the stock, which marks its maps.
     pub fn origin(&self) -> Origin {
-        Origin::of(&self.mesh, self.allowance)
+        Origin::of(&self.mesh, self.allowance).in_frame(&self.frame)
     }
 
     /// Returns the box around all of it, workpiece frame.

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use facemill_surface_model::TriMesh;
 use facemill_z_map::DexelMap;
+use nalgebra::{Isometry3, Point3, Vector3};
 
 use crate::failure::Failure;
 use crate::files;
@@ -95,6 +96,24 @@ impl Origin {
         let rounded = |c: &f64| steps(*c) as f64 * QUANTUM;
         let corners = [around.min, around.max].map(|p| [0, 1, 2].map(|k| rounded(&p[k])));
         Self { digest: *hasher.finalize().as_bytes(), allowance, corners }
+    }
+
+    /// Returns the identity of the same mesh with the part at this pose in its frame: a block that
+    /// a turn maps onto itself is another one for the part.
+    #[must_use]
+    pub(crate) fn in_frame(self, frame: &Isometry3<f64>) -> Self {
+        if *frame == Isometry3::identity() {
+            return self;
+        }
+        let mut hasher = blake3::Hasher::new();
+        hasher.update(&self.digest);
+        // Points a metre off show its turn.
+        let places =
+            [Vector3::zeros(), Vector3::x(), Vector3::y(), Vector3::z()].map(|v| frame * Point3::from(v * 1e3));
+        for coordinate in places.iter().flat_map(|p| p.iter()) {
+            hasher.update(&steps(*coordinate).to_le_bytes());
+        }
+        Self { digest: *hasher.finalize().as_bytes(), ..self }
     }
 
     fn of_setup(job: &Job, setup: usize) -> Result<Self, Failure> {

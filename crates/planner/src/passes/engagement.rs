@@ -223,8 +223,12 @@ impl<'s> EngagementContext<'s> {
         let [back, front] = cutting_reach(end.posture, cutter);
         let chips = engaged.iter().map(|&k| {
             let (from, to) = (way(k.saturating_sub(1)), way(k));
-            let within = from.min(to) + back..=from.max(to) + front;
-            let met = sections.iter().filter(|(way, _)| within.contains(way)).map(|(_, chip)| *chip);
+            let (low, high) = (from.min(to) + back, from.max(to) + front);
+            // With the sections beyond both ends of the way: between two the larger one counts.
+            let ways = || sections.iter().map(|(way, _)| *way);
+            let below = ways().filter(|way| *way <= low).fold(f64::NEG_INFINITY, f64::max);
+            let above = ways().filter(|way| *way >= high).fold(f64::INFINITY, f64::min);
+            let met = sections.iter().filter(|(way, _)| (below..=above).contains(way)).map(|(_, chip)| *chip);
             (k, met.reduce(Chip::larger).unwrap_or(of_end.chip))
         });
         Ok(chips.collect())
@@ -272,13 +276,15 @@ fn higher(a: Ridge, b: Ridge) -> Ridge {
     if is_higher { b } else { a }
 }
 
-/// Returns how far behind and in front of the contact the lower half of the rim is along the feed,
-/// mm: the half that cuts. The contact is its lowest point, and `rotate` its direction from the
-/// feed, seen from the tool's axis.
+/// Returns how far behind and in front of the contact the cutter cuts along the feed, at most, mm:
+/// with all of its front, and behind its axis with the lower half of its rim, where it has one. The
+/// contact is the rim's lowest point, and `rotate` its direction from the axis to the feed.
 fn cutting_reach(posture: Posture, cutter: &Cutter) -> [f64; 2] {
-    let (sin, cos) = posture.rotate.sin_cos();
-    let [back, front] = if cos >= 0.0 { [-sin.abs(), 1.0] } else { [-1.0, sin.abs()] };
-    [back - cos, front - cos].map(|share| share * cutter.radius())
+    let ((sin, cos), (tilt_sin, tilt_cos)) = (posture.rotate.sin_cos(), posture.tilt.sin_cos());
+    // From the axis at the tip's height to the contact.
+    let ahead = (cutter.rim_radius() * tilt_cos + cutter.corner_radius() * tilt_sin) * cos;
+    let back = if cos >= 0.0 && cutter.rim_radius() > 0.0 { -sin.abs() } else { -1.0 };
+    [back * cutter.radius() - ahead, cutter.radius() - ahead]
 }
 
 /// Returns the section of a chip, mm².
@@ -397,7 +403,8 @@ fn solid_over(solid: &Surface, cc: &CcPoint, outline: &Outline) -> StockTop {
             let below = hits.partition_point(|hit| hit.point.distance <= highest);
             // Solids that the line is in there: it leaves them farther out.
             let around: i32 = hits[below..].iter().map(|hit| if hit.from_outside { -1 } else { 1 }).sum();
-            if around > 0 {
+            // A line through a common side of two facets meets both.
+            if around > 0 || hits.get(below).is_some_and(|hit| !hit.from_outside) {
                 return highest;
             }
             // The last exit from it: empty space below counts as stock.

@@ -58,8 +58,9 @@ const LEAST_MARGIN: f64 = 0.01;
 ///   pressure side: edges and tip up to the line where both sides meet;
 /// - `blade-k/suction-fillet` and `pressure-fillet`: a structured strip between both curves of
 ///   contact, halved where both sides meet;
-/// - `hub/cylinder`, `hub/ends` (rounded), `hub/faces` (flat), and `hub/bore` if there is one. The cylinder is that of
-///   [`crate::hub`], or as much longer as the fillets need where the table gives no length.
+/// - `hub/cylinder`, `hub/ends` (rounded), `hub/faces` (flat), and `hub/bore` if there is one. The
+///   cylinder is that of [`crate::hub`], or as much longer as the fillets need where the table
+///   gives no length.
 ///
 /// **Guarantee.** Each edge belongs to two triangles of opposite sense, and all are wound outward.
 /// Vertices lie on blade, ball, hub and bore. Triangles of the hub are within `chord_tolerance` of

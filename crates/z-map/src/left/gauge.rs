@@ -77,6 +77,10 @@ impl Gauge {
         }
         let (side, down) = ((radial - self.rim).max(0.0), self.corner - z);
         let from_core = norm(side, down);
+        // Under the flat of a sharp cutter by less than a square can say.
+        if from_core == 0.0 {
+            return (0.0, -axis);
+        }
         ((from_core - self.corner).max(0.0), (out * side - axis * down) / from_core)
     }
 

@@ -200,8 +200,8 @@ fn assert_layers(block: Block, layers: u32) {
     assert_eq!((share.above, share.below), (0.0, 0.0), "{block:?}: {share:?}");
 }
 
-/// Asserts that the tool leans along the passes of a program by all directions of the dome, and that
-/// both rotary axes turn in them.
+/// Asserts that the tool leans along the passes of a program by all directions of the dome, and
+/// that both rotary axes turn in them.
 fn assert_leans(program: &Written, whose: &str) {
     let passes: Vec<&Motion> = program.with_feed(CUTTING).into_iter().map(|(motion, _)| motion).collect();
     let leans = places(&program.back, passes.iter().copied(), STEP);

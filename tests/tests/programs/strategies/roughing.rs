@@ -230,8 +230,8 @@ fn job_box() -> String {
     box_obj([-41.0, -41.0, -6.0], [41.0, 41.0, TURNED_TOP])
 }
 
-/// Asserts that a setup that is turned by 90 deg begins with what the one before leaves, each with a
-/// stock of its own; returns the job, planned.
+/// Asserts that a setup that is turned by 90 deg begins with what the one before leaves, each with
+/// a stock of its own; returns the job, planned.
 fn assert_turned(stocks: [&Value; 2]) -> JobFolder {
     let planes = "/operations/0/path/strategy/strategy/parallel_planes";
     let top = TURNED_TOP;

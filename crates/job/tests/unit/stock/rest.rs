@@ -30,3 +30,15 @@ fn differences_are_reported_and_rounding_is_none() {
     let other_way = TriMesh::new(sheet().vertices().to_vec(), vec![[0, 1, 3], [1, 2, 3]]).unwrap();
     assert!(Origin::of(&other_way, 2.5).differs_from(&own).contains("another one"));
 }
+
+/// A square block that is turned by half a turn has the same corners, and the part in it lies the
+/// other way up.
+#[test]
+fn a_block_in_another_frame_of_the_part_is_another_stock() {
+    let own = Origin::of(&sheet(), 0.0);
+    let turned = Isometry3::rotation(Vector3::x() * std::f64::consts::PI);
+    assert_eq!(own.in_frame(&Isometry3::identity()), own);
+    assert_ne!(own.in_frame(&turned), own);
+    assert_eq!(own.in_frame(&turned), own.in_frame(&turned));
+    assert_ne!(own.in_frame(&turned), own.in_frame(&Isometry3::translation(1.0, 0.0, 0.0)));
+}

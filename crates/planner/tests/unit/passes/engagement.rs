@@ -43,3 +43,35 @@ fn stock_above_the_cutter_is_not_over_its_contact() {
     let lying = heights(&solid(&[[[-20.0, -20.0, -5.0], [20.0, 20.0, 300.0]]]), Posture { tilt: 1.5, rotate: 1.5 });
     assert!(lying.iter().all(|h| *h >= 15.0 && *h < 18.0), "{lying:?}");
 }
+
+#[test]
+fn what_cuts_of_the_rim_lies_in_the_reach() {
+    let kinds = [[8.0, 1e-6], [8.0, 2.0], [8.0, 8.0]].map(|[radius, corner]| Cutter::new(radius, corner, 9.0).unwrap());
+    for cutter in &kinds {
+        for tilt in [0.02, 0.2, 1.0, 1.5] {
+            for rotate in [0.0_f64, 0.4, 1.5, 2.0, 3.1].into_iter().flat_map(|angle| [angle, -angle]) {
+                let posture = Posture { tilt, rotate };
+                let [back, front] = cutting_reach(posture, cutter);
+                assert!(back <= 0.0 && front >= 0.0, "{posture:?}: {back} to {front}");
+                // Points of the corner: around a circle about the axis, each with the ball of the
+                // corner below and beside it.
+                let axis = Vector3::new(tilt.sin() * rotate.cos(), tilt.sin() * rotate.sin(), tilt.cos());
+                let lowest = (axis * axis.z - Vector3::z()).normalize();
+                let (rim, r) = (cutter.rim_radius(), cutter.corner_radius());
+                let contact = lowest * rim - Vector3::z() * r;
+                for k in 0..72 {
+                    let (sin, cos) = (f64::from(k) / 72.0 * std::f64::consts::TAU).sin_cos();
+                    let toward = lowest * cos + axis.cross(&lowest) * sin;
+                    for lean in 0..=18 {
+                        let (sin, cos) = (f64::from(lean) / 18.0 * std::f64::consts::FRAC_PI_2).sin_cos();
+                        let normal = toward * sin - axis * cos;
+                        let place = toward * rim + normal * r - contact;
+                        // It cuts where it moves into the material.
+                        let cuts = normal.x > 1e-9;
+                        assert!(!cuts || (back - 1e-3..=front + 1e-3).contains(&place.x), "{posture:?}: {}", place.x);
+                    }
+                }
+            }
+        }
+    }
+}

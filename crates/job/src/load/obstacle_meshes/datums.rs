@@ -9,6 +9,7 @@ use crate::frames::pose;
 use crate::load::job::Job;
 use crate::load::mesh_files::{FileKey, MeshFiles};
 use crate::load::obstacle_meshes::{only, selected_groups};
+use crate::validate::setup_chain::programs_before;
 
 /// Shape of a datum.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -35,7 +36,7 @@ pub struct Datum {
     pub group: String,
     /// Its shape.
     pub shape: DatumShape,
-    /// Centre of its area, on the axis of a cylinder; in the frame asked for, mm.
+    /// Centre of its area, on the axis of a cylinder, mm.
     pub place: Point3<f64>,
     /// Largest distance of its corners from the shape, mm; 0 of any other surface.
     pub deviation: f64,
@@ -46,6 +47,10 @@ const STRAY: f64 = 0.01;
 
 /// Largest distance of a cylinder's corners from it, over its radius.
 const OUT_OF_ROUND: f64 = 0.01;
+
+/// Largest angle between a facet's normal and the radius at its middle, rad: of a cylinder with 12
+/// sides it is 0.09.
+const CHORD: f64 = 0.1;
 
 /// Returns the datums of a setup in the frame of the part, by mesh entry and group, then by their
 /// first triangle.
@@ -150,19 +155,33 @@ fn cylinder(facets: &[(Vector3<f64>, Point3<f64>)], centre: Point3<f64>, points:
     let radius = (solved.z + middle.coords.norm_squared()).max(0.0).sqrt();
     let off = flat.iter().map(|p| ((p - middle).norm() - radius).abs()).fold(0.0, f64::max);
     let place = centre + u * middle.x + v * middle.y;
-    (off <= OUT_OF_ROUND * radius).then_some((DatumShape::Cylinder { axis, radius }, place, off))
+    // Facets lie across the radius, as chords of a circle do: those of a square hole do not.
+    let is_across = |(area, at): &(Vector3<f64>, Point3<f64>)| {
+        let from_axis = (at - place) - axis.into_inner() * (at - place).dot(&axis);
+        area.dot(&from_axis).abs() >= CHORD.cos() * area.norm() * from_axis.norm()
+    };
+    (off <= OUT_OF_ROUND * radius && facets.iter().all(is_across)).then_some((
+        DatumShape::Cylinder { axis, radius },
+        place,
+        off,
+    ))
 }
 
 /// Stock that a datum may have on it, mm: rounding, and that of a mesh made of facets.
 const STOCK_ON_DATUM: f64 = 0.1;
 
-/// Refuses stock above the datums of a setup, which are finished before it.
+/// Refuses stock above the datums of a setup, which are finished before it, if it is the first one
+/// that cuts this stock.
 ///
 /// # Errors
 /// If the solid stock is more than 0.1 mm above the middle of a facet.
 pub(crate) fn check_datums(job: &Job, index: usize, stock: Option<&Surface>) -> Result<(), Failure> {
     let Some(stock) = stock else { return Ok(()) };
     let file = &job.file.setups[index];
+    // The programs before may have finished it.
+    if !programs_before(&job.file.setups, index).0.is_empty() || !file.programs_before.is_empty() {
+        return Ok(());
+    }
     let work_from_part = pose(&file.work_from_part);
     let mut read = MeshFiles::of(job);
     for (k, entry) in file.meshes.iter().enumerate().filter(|(_, entry)| entry.role == RoleFile::Datum) {
@@ -186,5 +205,5 @@ pub(crate) fn check_datums(job: &Job, index: usize, stock: Option<&Surface>) -> 
 }
 
 #[cfg(test)]
-#[path = "../../tests/unit/load/datums.rs"]
+#[path = "../../../tests/unit/load/obstacle_meshes/datums.rs"]
 mod tests;

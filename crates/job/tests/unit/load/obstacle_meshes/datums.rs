@@ -83,6 +83,12 @@ fn a_cone_and_an_oval_are_other_surfaces() {
     for form in [
         |p: &Point3<f64>| Point3::new(p.x * (1.0 + p.z / 500.0), p.y * (1.0 + p.z / 500.0), p.z),
         |p: &Point3<f64>| Point3::new(1.1 * p.x, p.y, p.z),
+        // Six sides, whose corners are on a circle.
+        |p: &Point3<f64>| {
+            let side = std::f64::consts::TAU / 6.0;
+            let (sin, cos) = ((p.y.atan2(p.x) / side).round() * side).sin_cos();
+            Point3::new(45.0 * cos, 45.0 * sin, p.z)
+        },
     ] {
         let mesh = TriMesh::new(bore.vertices().iter().map(form).collect(), bore.triangles().to_vec()).unwrap();
         let found = of_all(&mesh);
