@@ -281,10 +281,12 @@ fn higher(a: Ridge, b: Ridge) -> Ridge {
 /// contact is the rim's lowest point, and `rotate` its direction from the axis to the feed.
 fn cutting_reach(posture: Posture, cutter: &Cutter) -> [f64; 2] {
     let ((sin, cos), (tilt_sin, tilt_cos)) = (posture.rotate.sin_cos(), posture.tilt.sin_cos());
-    // From the axis at the tip's height to the contact.
-    let ahead = (cutter.rim_radius() * tilt_cos + cutter.corner_radius() * tilt_sin) * cos;
+    // From the middle of the rim to the contact, from the tip to it, and how far the flute leans.
+    let of_rim = cutter.rim_radius() * tilt_cos * cos;
+    let of_tip = of_rim + cutter.corner_radius() * tilt_sin * cos;
+    let lean = cutter.flute_length() * tilt_sin * cos;
     let back = if cos >= 0.0 && cutter.rim_radius() > 0.0 { -sin.abs() } else { -1.0 };
-    [back * cutter.radius() - ahead, cutter.radius() - ahead]
+    [back * cutter.radius() - of_tip.max(of_rim) + lean.min(0.0), cutter.radius() - of_rim + lean.max(0.0)]
 }
 
 /// Returns the section of a chip, mm².

@@ -62,6 +62,13 @@ fn what_cuts_of_the_rim_lies_in_the_reach() {
                 for k in 0..72 {
                     let (sin, cos) = (f64::from(k) / 72.0 * std::f64::consts::TAU).sin_cos();
                     let toward = lowest * cos + axis.cross(&lowest) * sin;
+                    for share in 0..=4 {
+                        let place = toward * cutter.radius()
+                            + axis * (cutter.flute_length() - r) * (f64::from(share) / 4.0)
+                            - contact;
+                        let cuts = toward.x > 1e-9;
+                        assert!(!cuts || (back - 1e-3..=front + 1e-3).contains(&place.x), "{posture:?}: flute");
+                    }
                     for lean in 0..=18 {
                         let (sin, cos) = (f64::from(lean) / 18.0 * std::f64::consts::FRAC_PI_2).sin_cos();
                         let normal = toward * sin - axis * cos;
