@@ -18,7 +18,8 @@ pub fn follows(before: &SetupFile, setup: &SetupFile) -> Result<(), String> {
         return Err(match &setup.stock {
             StockFile::Box(_) | StockFile::Cylinder(_) => {
                 format!(
-                    "it is not where the part takes that of setup \"{name}\"; state it there or, where sides are not parallel to the axes, as a mesh"
+                    "it is not where the part takes that of setup \"{name}\"; state it there or, where sides are not parallel \
+                     to the axes, as a mesh"
                 )
             }
             StockFile::Offset(_) | StockFile::Mesh(_) => format!("it is not stated as for setup \"{name}\""),
