@@ -1,7 +1,7 @@
 //! Order of the rooms: which crate may import which, and which module within a crate; where files
 //! are, and how large crates and folders may be.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -52,6 +52,35 @@ fn crates_import_rooms_of_lower_layers_alone() {
     for (name, layer) in &rooms {
         for import in imports(name) {
             assert!(layers[import.as_str()] < *layer, "crates/{name} imports {import}, which is no room below it");
+        }
+    }
+}
+
+/// Dependencies of the packages of a lock file, by the names of the packages.
+fn locked(path: &Path) -> BTreeMap<String, BTreeSet<String>> {
+    let quoted = |line: &str| Some(line.split('"').nth(1)?.split(' ').next()?.to_owned());
+    let package = |block: &str| {
+        let name = quoted(block.lines().find(|line| line.starts_with("name = "))?)?;
+        let dependencies = block.split("dependencies = [").nth(1).unwrap_or_default();
+        Some((name, dependencies.lines().filter_map(quoted).collect()))
+    };
+    text(path).split("[[package]]").skip(1).filter_map(package).collect()
+}
+
+#[test]
+fn the_lock_of_the_python_package_has_the_dependencies_of_every_crate() {
+    let locked = locked(&root().join("crates/python/Cargo.lock"));
+    for (name, _) in rooms() {
+        let Some(names) = locked.get(&format!("facemill-{name}")) else { continue };
+        let manifest = text(&root().join("crates").join(&name).join("Cargo.toml"));
+        let dependencies = manifest.split("\n[dependencies]\n").nth(1).unwrap_or_default();
+        let own = dependencies.lines().take_while(|line| !line.starts_with('['));
+        for line in own.filter(|line| !line.contains("optional = true") && !line.starts_with('#')) {
+            let dependency = line.split(['.', ' ']).next().unwrap_or_default();
+            assert!(
+                dependency.is_empty() || names.contains(dependency),
+                "crates/{name}: run cargo metadata in crates/python, whose lock lacks {dependency}"
+            );
         }
     }
 }
