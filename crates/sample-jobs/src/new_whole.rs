@@ -225,8 +225,11 @@ impl Side<'_> {
         let mut operation = finish.clone();
         operation["name"] = json!(format!("{} {name}", self.side));
         operation["tool"] = json!(BALL);
+        // A plan of all programs takes ten minutes: rounds of all fronts are the user's choice.
         operation["path"] = json!({
-            "strategy": { "strategy": strategy, "region": { "groups": groups }, "min_pass_length_mm": 8.0 },
+            "strategy": {
+                "strategy": strategy, "region": { "groups": groups }, "min_pass_length_mm": 8.0, "width_rounds": 0,
+            },
         });
         operation["search"]["tilt_deg"] = json!([20.0, 75.0]);
         operation["search"]["rotate_deg"] = json!([50.0, 90.0]);

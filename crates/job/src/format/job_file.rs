@@ -777,10 +777,26 @@ pub struct PathFromStrategy {
     pub edge_fill: bool,
     /// Largest number of times that passes are laid again, with narrower strips where the text
     /// leaves more than `cusp_mm` (docs/method.md#rounds-of-widths). The best round is cut: within
-    /// `cusp_mm` before others, then by time.
+    /// `cusp_mm` before others, then by time. Default: 3 for `constant_scallop` without layers, 0
+    /// for all else.
     #[schemars(range(min = 0, max = 3))]
-    #[serde(default)]
-    pub width_rounds: u32,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub width_rounds: Option<u32>,
+}
+
+/// Rounds of widths of `constant_scallop`, whose fronts meet at places that expected strips do not
+/// tell.
+const ROUNDS_OF_FRONTS: u32 = 3;
+
+impl PathFromStrategy {
+    /// Returns the largest number of times that passes are laid again, as given or by the strategy.
+    pub fn largest_width_rounds(&self) -> u32 {
+        let of_strategy = match &self.strategy {
+            StrategyFile::ConstantScallop(_) => ROUNDS_OF_FRONTS,
+            _ => 0,
+        };
+        self.width_rounds.unwrap_or(of_strategy)
+    }
 }
 
 /// Order of levels.

@@ -114,6 +114,8 @@ pub(crate) fn with_layers(job: JobFile) -> (JobFile, Vec<bool>) {
                 layer.name = format!("{} {} of {n}", operation.name, k + 1);
             }
             if let PathFile::Strategy(strategy) = &mut layer.path {
+                // Later passes cut what a layer leaves.
+                strategy.width_rounds.get_or_insert(0);
                 strategy.region.left_above = Some(LeftAboveFile {
                     height_mm: operation.tolerances.cusp_mm,
                     overlap_mm: OVERLAP * operation.tolerances.max_step_over_mm,

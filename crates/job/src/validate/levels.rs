@@ -55,7 +55,7 @@ pub(crate) fn check_levels(k: usize, operation: &OperationFile, job: &JobFile) -
     if operation.pattern.is_some() {
         return refuse("cover the whole stock; leave out pattern");
     }
-    if path.width_rounds > 0 {
+    if path.largest_width_rounds() > 0 {
         return refuse("leave out path.strategy.width_rounds");
     }
     let Some(setup) = job.setups.iter().find(|setup| belongs(operation, setup, job)) else { return Ok(()) };

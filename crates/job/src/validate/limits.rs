@@ -71,7 +71,7 @@ pub const OPERATION_LIMITS: [JobLimit<OperationFile>; 48] = [
     limit("path.cl.max_distance_mm", |o| path_cl(o).map(|f| f.max_distance_mm), 1e-4, 100.0),
     limit("path.strategy.edge_margin_mm", |o| strategy(o).map(|s| s.edge_margin_mm), 0.0, FARTHEST),
     limit("path.strategy.min_pass_length_mm", |o| strategy(o).map(|s| s.min_pass_length_mm), 0.0, FARTHEST),
-    limit("path.strategy.width_rounds", |o| strategy(o).map(|s| f64::from(s.width_rounds)), 0.0, 3.0),
+    limit("path.strategy.width_rounds", |o| strategy(o).map(|s| f64::from(s.largest_width_rounds())), 0.0, 3.0),
     limit("entry.tangential_arc.radius_mm", |o| tangential(&o.entry).map(|a| a.radius_mm), SMALLEST_STEP, LARGEST_ARC),
     limit("entry.tangential_arc.angle_deg", |o| tangential(&o.entry).map(|a| a.angle_deg), 1.0, 90.0),
     limit("entry.tangential_arc.straight_mm", |o| tangential(&o.entry).map(|a| a.straight_mm), 0.0, LARGEST_STRAIGHT),

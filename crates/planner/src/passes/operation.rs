@@ -294,7 +294,7 @@ impl<'a> PlannedOperation<'a> {
 
 /// Returns whether an operation's passes may be corrected by what the text leaves.
 pub(crate) fn may_be_corrected(operation: &OperationFile) -> bool {
-    strategy_of(operation).is_some_and(|s| s.width_rounds > 0)
+    strategy_of(operation).is_some_and(|s| s.largest_width_rounds() > 0)
 }
 
 /// Largest number of reasons with remedies; the rest are few points each.

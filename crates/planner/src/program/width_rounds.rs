@@ -127,7 +127,7 @@ pub(crate) fn best_round<'a, H: Heads<'a, N>, const N: usize>(
 
 /// Returns the number of times that an operation's passes may be laid again.
 fn rounds_of(operation: &OperationFile) -> u32 {
-    strategy_of(operation).map_or(0, |s| s.width_rounds)
+    strategy_of(operation).map_or(0, |s| s.largest_width_rounds())
 }
 
 /// Returns the tasks of a round: the operations of the last one with their corrections.

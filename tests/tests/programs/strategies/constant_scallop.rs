@@ -16,6 +16,9 @@ fn a_patch_is_cut_from_a_seed_in_its_middle_within_its_tolerance() {
     assert!(planned.outcome() == Outcome::Done);
     let left = &planned.report.remaining.as_ref().expect("a verified plan").operations[0];
     assert!(!left.exceeded, "{left:?}");
+    // What is within its tolerance as laid is not laid again.
+    let rounds = &planned.report.cusps[0].width_rounds;
+    assert!(rounds.len() == 1 && rounds[0].is_cut && rounds[0].largest_mm <= left.limit_mm, "{rounds:?}");
 }
 
 #[test]

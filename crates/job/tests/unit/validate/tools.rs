@@ -2,6 +2,7 @@ use serde_json::{Value, json};
 
 use super::*;
 use crate::examples::new_job::{NewJob, new_job};
+use crate::format::job_file::PathFile;
 use crate::validate::validate;
 
 /// Returns the example patch's job with these tools, setups and operations, each as setup and tool.
@@ -151,4 +152,29 @@ fn levels_become_operations_with_a_setup_each_from_the_top_of_the_stock() {
     assert!((25.0..25.1).contains(&found), "{found}");
     let found = top(json!({ "box": { "min_mm": [-3, -4, 0], "max_mm": [3, 4, 10] } }), [0.0, -0.6, 0.8]);
     assert!((found - (2.4 + 8.0)).abs() < 1e-12, "{found}");
+}
+
+/// Returns the rounds of the operations of a job of one operation with this path and these layers.
+fn rounds(path: &Value, layers: &Value) -> Vec<u32> {
+    let mut job = serde_json::to_value(job(&[], &["up"], &[[None, None]])).unwrap();
+    job["operations"][0]["path"]["strategy"] = path.clone();
+    job["operations"][0]["layers"] = layers.clone();
+    let by_tool = setups_by_tool(serde_json::from_value(job).unwrap());
+    let rounds = |o: &OperationFile| match &o.path {
+        PathFile::Strategy(strategy) => strategy.largest_width_rounds(),
+        _ => panic!("not laid"),
+    };
+    by_tool.file.operations.iter().map(rounds).collect()
+}
+
+#[test]
+fn fronts_alone_have_rounds_by_themselves_and_layers_have_none() {
+    let fronts = json!({ "constant_scallop": { "seed": "border" } });
+    let planes = json!({ "parallel_planes": { "normal": [0, 1, 0] } });
+    let layers = json!({ "from_mm": 5.0, "depth_mm": 3.0 });
+    assert_eq!(rounds(&json!({ "strategy": fronts }), &Value::Null), [3]);
+    assert_eq!(rounds(&json!({ "strategy": planes }), &Value::Null), [0]);
+    assert_eq!(rounds(&json!({ "strategy": fronts, "width_rounds": 1 }), &Value::Null), [1]);
+    assert_eq!(rounds(&json!({ "strategy": fronts }), &layers), [0, 0]);
+    assert_eq!(rounds(&json!({ "strategy": fronts, "width_rounds": 2 }), &layers), [2, 2]);
 }
