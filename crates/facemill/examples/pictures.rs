@@ -1,7 +1,8 @@
 //! Makes the pictures of the documentation from the sample job: `cargo run --release -p facemill
 //! --example pictures` writes `docs/pictures/*.svg`; with `machines` behind it only those of the
 //! machines, with `dual` only that of the two heads, with `deviation` only that of the deviation,
-//! with `levels` only that of the sample's passes by cylinders.
+//! with `levels` only that of the sample's passes by cylinders, with `laid` only those of fronts, a
+//! flow and a spiral.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -19,6 +20,8 @@ mod deviation;
 mod dual;
 #[path = "pictures/figure.rs"]
 mod figure;
+#[path = "pictures/laid.rs"]
+mod laid;
 #[path = "pictures/machines.rs"]
 mod machines;
 #[path = "pictures/method.rs"]
@@ -31,6 +34,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     }
     if argument.as_deref() == Some("deviation") {
         return Ok(files::write_all(Path::new("docs/pictures"), &[deviation_picture()?])?);
+    }
+    if argument.as_deref() == Some("laid") {
+        return Ok(files::write_all(Path::new("docs/pictures"), &laid::laid()?)?);
     }
     files::write_all(Path::new("docs/pictures"), &machines::machines()?)?;
     if argument.as_deref() == Some("machines") {
@@ -54,6 +60,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         ("chip.svg".to_owned(), method::chip()?.into_bytes()),
     ];
     files::write_all(Path::new("docs/pictures"), &pictures)?;
+    files::write_all(Path::new("docs/pictures"), &laid::laid()?)?;
     Ok(())
 }
 
