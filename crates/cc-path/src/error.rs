@@ -167,12 +167,9 @@ pub enum PathError {
         position: Point3<f64>,
     },
     /// A seed of fronts does not meet the region.
-    #[error(
-        "no curve of the region lies on the seed {seed}; move the seed so that it cuts the region, or take \
-         \"border\" as the seed"
-    )]
+    #[error("no curve of the region lies on the seed {seed}")]
     SeedNowhere {
-        /// The seed.
+        /// The seed, with a remedy.
         seed: String,
     },
     /// A point of a seed is not on the region.
@@ -375,17 +372,23 @@ impl PathError {
             _ => None,
         }
     }
+
+    /// Returns the error for a longest edge that is a share of the largest step-over.
+    pub(crate) fn with_edge_share(mut self, share: f64) -> Self {
+        if let Self::TooManyPieces { remedy: Remedy::LargestStepOver(edge), .. } = &mut self {
+            *edge = rounded_up(*edge / share);
+        }
+        self
+    }
 }
 
 impl Remedy {
     /// The remedy with its value rounded up to two digits, so that it is enough and can be read.
-    pub(crate) fn rounded_up(self) -> Self {
-        match self {
-            Self::LargestStepOver(v) => Self::LargestStepOver(rounded_up(v)),
-            Self::StripWidth(v) => Self::StripWidth(rounded_up(v)),
-            Self::LargestStep(v) => Self::LargestStep(rounded_up(v)),
-            Self::ChordTolerance(v) => Self::ChordTolerance(rounded_up(v)),
-        }
+    pub(crate) fn rounded_up(mut self) -> Self {
+        let (Self::LargestStepOver(v) | Self::StripWidth(v) | Self::LargestStep(v) | Self::ChordTolerance(v)) =
+            &mut self;
+        *v = rounded_up(*v);
+        self
     }
 }
 

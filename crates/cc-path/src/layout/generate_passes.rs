@@ -114,6 +114,9 @@ pub fn lay_passes(
     }
 }
 
+/// Longest edge below fronts, in largest step-overs: distances are taken at vertices.
+const EDGE_OF_FRONTS: f64 = 0.25;
+
 /// Surface, region and settings of passes.
 struct Task<'a> {
     surface: &'a Surface,
@@ -173,12 +176,12 @@ impl<'a> Task<'a> {
             check_sections(within)?;
         }
         let fineness = Fineness {
-            // Distances are taken at vertices, four to a strip.
-            max_edge: (0.25 * self.settings.max_step_over).max(extent(self.surface.mesh()) / 400.0),
+            max_edge: (EDGE_OF_FRONTS * self.settings.max_step_over).max(extent(self.surface.mesh()) / 400.0),
             max_bend: 0.5 * self.settings.chord_tolerance,
             cuts_range: true,
         };
-        let patch = Patch::new(self.surface, self.region, scallop.within.as_ref(), &fineness)?;
+        let patch = Patch::new(self.surface, self.region, scallop.within.as_ref(), &fineness);
+        let patch = patch.map_err(|e| e.with_edge_share(EDGE_OF_FRONTS))?;
         self.monitor.checkpoint()?;
         let layout = ScallopLayout::plan(&patch, scallop, self.settings, self.strip_width, self.monitor)?;
         let mut traced = layout.traced(&patch, self.settings);

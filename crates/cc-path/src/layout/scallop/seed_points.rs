@@ -52,7 +52,7 @@ pub(crate) fn projected(patch: &Patch, points: &[Point3<f64>], spacing: f64) -> 
         triangles.pop();
     }
     if nodes.len() < 2 {
-        return Err(PathError::SeedNowhere { seed: "of fewer than two points".to_owned() });
+        return Err(PathError::SeedNowhere { seed: "of fewer than two points; give at least two".to_owned() });
     }
     Ok(SurfacePath { nodes, triangles, closed })
 }

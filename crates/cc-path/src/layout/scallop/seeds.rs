@@ -46,9 +46,20 @@ pub(crate) fn seed_curves(patch: &Patch, seed: &Seed, spacing: f64) -> Result<Se
         }
     };
     if paths.is_empty() {
-        return Err(PathError::SeedNowhere { seed: seed.to_string() });
+        return Err(PathError::SeedNowhere { seed: format!("{seed}; {}", remedy(seed)) });
     }
     Ok(SeedCurves { paths, is_border })
+}
+
+/// Remedy for a seed that is nowhere on the region.
+fn remedy(seed: &Seed) -> &'static str {
+    match seed {
+        Seed::Border => {
+            "it is closed and has none: take a plane, a cylinder or points that cut it as the seed, or bound it"
+        }
+        Seed::GroupBorder(_) => "name a group that borders on the region, or take \"border\" as the seed",
+        _ => "move the seed so that it cuts the region, or take \"border\" as the seed",
+    }
 }
 
 /// The borders of the part of a patch that some triangles make up, the part to the left.

@@ -431,4 +431,9 @@ fn seeds_that_are_nowhere_are_named_with_a_remedy() {
     assert!(off.contains("no group \"hub\""), "{off}");
     let cylinder = Seed::Cylinder { axis_origin: Point3::origin(), axis_direction: Vector3::z_axis(), radius: 90.0 };
     assert!(message(cylinder).contains("cylinder of radius 90 mm"));
+    let (vertices, triangles) = facemill_test_kit::ball_mesh(5.0, [12, 24]);
+    let closed = surface(TriMesh::new(vertices, triangles).unwrap());
+    let strategy = scallop(vec![Seed::Border]);
+    let none = lay_passes(&closed, &Region::default(), &strategy, &settings(2.0), &|_| 2.0, &Silent).unwrap_err();
+    assert!(none.to_string().contains("closed and has none: take a plane"), "{none}");
 }

@@ -68,6 +68,19 @@ fn regions_with_too_many_pieces_are_refused_with_a_setting_that_is_enough() {
 }
 
 #[test]
+fn a_longest_edge_that_is_a_share_of_the_step_over_asks_for_a_step_over_that_is_enough() {
+    let big = [Point3::origin(), Point3::new(900.0, 0.0, 0.0), Point3::new(0.0, 800.0, 50.0)];
+    let checked = |step_over: f64| {
+        let fineness = Fineness { max_edge: 0.25 * step_over, max_bend: 1.0, cuts_range: true };
+        check_pieces([big].into_iter(), None, &fineness).map_err(|e| e.with_edge_share(0.25))
+    };
+    let e = checked(2.4).unwrap_err();
+    let Some(Remedy::LargestStepOver(enough)) = e.remedy() else { panic!("{e}") };
+    assert!(enough > 2.4 && enough < 5.0, "{e}");
+    checked(enough).unwrap();
+}
+
+#[test]
 fn remedies_are_rounded_up_to_two_digits() {
     for (value, up) in [(0.1234, 0.13), (1.0, 1.1), (987.0, 990.0), (2.0e-5, 2.1e-5)] {
         let Remedy::LargestStep(rounded) = Remedy::LargestStep(value).rounded_up() else { panic!() };
