@@ -84,7 +84,7 @@ mod golden {
 }
 
 #[test]
-fn distances_are_within_half_a_percent_of_exact_geodesics() {
+fn distances_are_those_of_exact_geodesics() {
     let lines = include_str!("../../data/geodesic.csv").lines().skip(1);
     let exact: Vec<(&str, u32, f64)> = lines
         .map(|l| {
@@ -94,21 +94,22 @@ fn distances_are_within_half_a_percent_of_exact_geodesics() {
         })
         .collect();
     assert!(exact.len() >= 160);
-    for (name, most) in [("plane", 1e-6), ("cylinder", 1e-3), ("torus", 2e-3), ("waves", 5e-3)] {
+    for (name, most) in [("plane", 1e-6), ("cylinder", 2e-4), ("torus", 2e-4), ("waves", 1e-3)] {
         let s = surface(golden::mesh(name));
         let patch = patch_of(&s);
         let vertices = PatchVertices::of(&patch);
         let row = golden::N[1] + 1;
         let curve = [along(&patch, &vertices, (0..row).map(|j| golden::SOURCE * row + j), false)];
         let distance = CurveDistance::new(&patch, &vertices, &curve, 25.0, |_| true);
-        let mut n = 0;
+        let (mut n, mut largest) = (0, 0.0f64);
         for &(_, v, exact) in exact.iter().filter(|(mesh, ..)| *mesh == name) {
             let v = at(&patch, v);
             let foot = distance.foot(&[v], &patch.mesh.vertices()[v as usize], &vertices.normal(v)).unwrap();
-            assert!((foot.distance / exact - 1.0).abs() < most, "{name} {v}: {} for {exact}", foot.distance);
+            largest = largest.max((foot.distance / exact - 1.0).abs());
             n += 1;
         }
-        assert!(n >= 40);
+        println!("{name}: {largest:.2e}");
+        assert!(n >= 40 && largest < most, "{name}: {largest} at {n} places");
     }
 }
 
