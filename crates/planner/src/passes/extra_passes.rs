@@ -70,6 +70,8 @@ pub(crate) struct Interposer<'i, 'a> {
     pub(crate) by_text: bool,
     /// Step-over below which no pass is inserted, mm.
     pub(crate) least_step: f64,
+    /// Distance of points along a pass beyond which more are put between, mm.
+    pub(crate) longest_gap: f64,
     /// Length up to which shorter passes are extended if their neighbours continue, mm.
     pub(crate) least_length: f64,
 }
@@ -450,6 +452,9 @@ impl<'a> Interposer<'_, 'a> {
                 step.norm() > SAME_PLACE && step.dot(&last.feed) > 0.0
             };
             if points.last().is_none_or(goes_on) {
+                points.extend(
+                    points.last().into_iter().flat_map(|last| self.within_gap(last, &between)).collect::<Vec<_>>(),
+                );
                 points.push(between);
             }
         }
@@ -465,6 +470,14 @@ impl<'a> Interposer<'_, 'a> {
         };
         let pass = Pass::new(points.iter().zip(feeds).map(turned).collect());
         Some(LaidTask { pass, ..like.clone() })
+    }
+
+    /// Returns points of the surface between two of a pass that are farther apart than the longest
+    /// gap. Beside a pass that bends, points spread, and some have no place: the tool would cut
+    /// straight through what bends between.
+    fn within_gap(&self, last: &CcPoint, next: &CcPoint) -> Vec<CcPoint> {
+        let shares = shares_within((next.position - last.position).norm(), self.longest_gap);
+        shares.filter_map(|share| self.between_points(last, next, share)).collect()
     }
 
     /// Returns the point of the surface at a share of the distance from one CC point to another;
@@ -495,6 +508,13 @@ fn nearest_feasible<T>(mut is_feasible: impl FnMut(f64) -> Option<T>) -> Option<
         if is_feasible(middle).is_some() { high = middle } else { low = middle }
     }
     (high <= FARTHEST).then_some(high)
+}
+
+/// Returns the shares of a gap at which points divide it into parts of at most half the longest
+/// one; none of a gap that is no longer.
+fn shares_within(gap: f64, longest: f64) -> impl Iterator<Item = f64> {
+    let parts = if gap > longest { (2.0 * gap / longest).ceil() } else { 1.0 };
+    (1..parts as u32).map(move |k| f64::from(k) / parts)
 }
 
 /// Raises shares along a pass to those of the points around.

@@ -180,6 +180,7 @@ pub(crate) fn interposer<'d, 'a>(
         high: None,
         by_text: may_be_corrected(operation),
         least_step: LEAST_STEP * operation.tolerances.max_step_over_mm,
+        longest_gap: 2.0 * operation.tolerances.max_step_mm,
         least_length: strategy.min_pass_length_mm,
     }
 }

@@ -188,3 +188,14 @@ fn a_trimmed_pass_is_moved_as_near_as_there_are_postures() {
         assert!(own[side] < best[side] + 0.27 && own[side] > best[side] - 0.22, "{own:?} {best:?}");
     }
 }
+
+#[test]
+fn a_long_gap_is_divided_into_parts_of_half_the_longest_one() {
+    let parts = |gap: f64| crate::passes::extra_passes::shares_within(gap, 10.0).collect::<Vec<f64>>();
+    assert!(parts(0.1).is_empty() && parts(10.0).is_empty());
+    for gap in [10.001, 24.76, 30.0, 1234.5] {
+        let all = [vec![0.0], parts(gap), vec![1.0]].concat();
+        let steps: Vec<f64> = all.windows(2).map(|pair| (pair[1] - pair[0]) * gap).collect();
+        assert!(steps.iter().all(|step| (2.5..=5.0 + 1e-9).contains(step)), "{gap}: {steps:?}");
+    }
+}
