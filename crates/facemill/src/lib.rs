@@ -162,10 +162,10 @@ pub mod machines {
 
 /// Files that jobs, plans and verifications leave.
 pub mod formats {
-    pub use facemill_job::format::incomplete::incomplete_because;
+    pub use facemill_job::format::incomplete::{incomplete_at_end, incomplete_because, not_met};
     pub use facemill_job::format::job_report::{
-        ClampingReport, DatumReport, DatumShapeReport, JOB_REPORT_FORMAT, JobReport, PlacementReport, PoseReport,
-        ToolProgramReport,
+        ClampingReport, CuspsAtEnd, DatumReport, DatumShapeReport, JOB_REPORT_FORMAT, JobReport, LeftAtEnd,
+        LeftAtEndPlace, PlacementReport, PoseReport, SecondToolReport, ToolProgramReport,
     };
     pub use facemill_job::format::made_from::{InputFile, MadeFrom};
     pub use facemill_job::format::moved_job::moved_job;

@@ -27,7 +27,8 @@ use crate::stage_clock::Clock;
 /// If the input is wrong, the job cannot be planned under its own terms, or the stages are
 /// cancelled.
 pub fn plan_setup(job: &Job, index: usize, settings: PlanSettings, stages: &dyn Stages) -> Result<Planned, Failure> {
-    planned_setup(job, (index, &job.programs), settings, None, stages).map(|(planned, _)| planned)
+    let (planned, _) = planned_setup(job, (index, &job.programs), settings, None, stages)?;
+    Ok(Planned { sweeps: None, ..planned })
 }
 
 /// Setup as a plan has read it, for pages and maps that are made of the plan.

@@ -7,7 +7,8 @@ use facemill_job::failure::Failure;
 use facemill_job::load::job::Job;
 use facemill_job::stages::Stages;
 use facemill_job::stock::setup_order::check_before;
-use facemill_job::validate::setup_chain::programs_before;
+use facemill_job::validate::setup_chain::{programs_before, work_from_work};
+use facemill_verification::remaining::ProgramSweeps;
 
 use crate::plan::{ReadSetup, planned_setup};
 use crate::plan_settings::PlanSettings;
@@ -119,8 +120,15 @@ fn planned_setups<'j, T>(
                 all.push(Err(why));
             }
             planned => {
-                let (planned, read) = planned?;
+                let (mut planned, read) = planned?;
                 unchanged(job, &mut inputs, &planned)?;
+                let sweeps = planned.sweeps.take().filter(|_| planned.program_to_run().is_some());
+                if let Some(sweeps) = sweeps {
+                    let before = chain.iter().filter(|k| **k >= first).map(|k| (*k, k - first));
+                    for (k, at) in before {
+                        lower(job, (k, index), all[at].as_mut().ok().map(|(planned, _)| planned), &sweeps)?;
+                    }
+                }
                 let program = planned.program_to_run().map(|(name, text)| (name.into(), text.to_vec()));
                 programs.add(index, program, job.post.dialect());
                 let kept = keep(&planned, read);
@@ -128,7 +136,24 @@ fn planned_setups<'j, T>(
             }
         }
     }
+    for planned in all.iter_mut().flatten().map(|(planned, _)| planned) {
+        let open = std::mem::take(&mut planned.open_regions);
+        planned.left_at_end = open.iter().map(|region| region.at_end(&planned.report.setup)).collect();
+    }
     Ok(all)
+}
+
+/// Lowers what the setup `k` has left open to what a later program, of the setup `index`, cuts.
+fn lower(
+    job: &Job,
+    (k, index): (usize, usize),
+    planned: Option<&mut Planned>,
+    sweeps: &ProgramSweeps,
+) -> Result<(), Failure> {
+    let setups = &job.file.setups;
+    let motion = work_from_work(&setups[k], &setups[index]);
+    let mut regions = planned.into_iter().flat_map(|planned| &mut planned.open_regions);
+    regions.try_for_each(|region| region.lower(&setups[index].name, motion, |on| sweeps.heights(on)))
 }
 
 /// Checks that a setup was made from files as those before it were: meshes are read once for all.

@@ -11,6 +11,7 @@ use facemill_job::stages::{
     ADDED, BETWEEN, CHIPS, CUT, DETOURS, HELP, LAY, LINKS, LOOK, MATERIAL, PICTURE, PLACES, POSTURES, READ, SHORTEN,
     STOCK_BEFORE, Stages, TIMES, WRITE,
 };
+use facemill_verification::remaining::Remaining;
 use facemill_virtual_machine::{Assumption, HeldAsCut, merge_findings, rapid_lines};
 
 use crate::passes::operation::PlannedOperation;
@@ -104,11 +105,14 @@ impl PlanRun<'_> {
         // Also for a program that is not run: meeting the job and doing no harm are different
         // questions.
         let remaining = program.remaining(stages)?;
+        let mut open_regions = Vec::new();
         if let Some(remaining) = &remaining {
-            settle_cusps(&mut report, operations, remaining, (job, setup))?;
+            let cusps = settle_cusps(&mut report, operations, remaining, (job, setup))?;
+            open_regions = remaining.open_regions(cusps);
         }
-        let (remaining, left) = remaining.map(|r| (r.report, r.by_line)).unzip();
-        report.remaining = remaining;
+        let left = remaining.as_ref().map(|r| r.by_line.clone());
+        report.remaining = remaining.as_ref().map(|r| r.report.clone());
+        let sweeps = remaining.map(Remaining::into_sweeps);
         report.efficiency = efficiencies(&jobs, setup, operations)?;
         let of_heads = operations.iter().zip(&heads_of);
         report.left_above = of_heads.filter_map(|(o, &h)| left_above(scenes[h].job, scenes[h].setup, o)).collect();
@@ -124,6 +128,8 @@ impl PlanRun<'_> {
             left,
             posed,
             spec,
+            open_regions,
+            sweeps,
             ..planned_files(&suffix, (report, certificates), files, picture, (chips, passes), clock)
         })
     }

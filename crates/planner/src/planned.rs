@@ -1,7 +1,8 @@
 //! Options and result of a planning run.
 
 use facemill_job::files::REJECTED;
-use facemill_job::format::incomplete::incomplete_because;
+use facemill_job::format::incomplete::{incomplete_at_end, incomplete_because};
+use facemill_job::format::job_report::LeftAtEnd;
 use facemill_job::format::program_stamp::{programs_among, stamp_apt, stamped_svg};
 use facemill_job::format::report::Report;
 use facemill_job::format::report::outcome::Outcome;
@@ -9,7 +10,8 @@ use facemill_job::load::job::{Job, Setup};
 use facemill_job::validate::setup_names::file_stem;
 use facemill_nc_program::ProgramSpec;
 use facemill_tool_path::segments::PassSegment;
-use facemill_verification::remaining::LeftByLine;
+use facemill_verification::remaining::open_regions::OpenRegion;
+use facemill_verification::remaining::{LeftByLine, ProgramSweeps};
 use facemill_virtual_machine::Certificates;
 use facemill_z_map::DexelMap;
 
@@ -35,6 +37,13 @@ pub struct Planned {
     pub posed: Vec<PosedPass>,
     /// Specification that the program is written from, of a job with several tools.
     pub spec: Option<ProgramSpec>,
+    /// Operations whose limits this program does not keep, with what is left on their regions after
+    /// all programs of the job that were planned with it.
+    pub left_at_end: Vec<LeftAtEnd>,
+    /// Regions of these operations, for later programs.
+    pub(crate) open_regions: Vec<OpenRegion>,
+    /// All that the program cuts, until the regions of those before it are lowered.
+    pub(crate) sweeps: Option<ProgramSweeps>,
     /// Wall time of each stage, s; not deterministic.
     pub timings: Vec<(&'static str, f64)>,
 }
@@ -57,6 +66,21 @@ impl Planned {
             Outcome::Incomplete
         } else {
             Outcome::Done
+        }
+    }
+
+    /// Returns the reasons why it does less than the job requires, after all programs of the job, in
+    /// words.
+    pub fn incomplete_at_end(&self) -> Vec<String> {
+        incomplete_at_end(&self.report, &self.left_at_end)
+    }
+
+    /// Returns the outcome of the plan after all programs of the job: limits that later programs
+    /// keep are kept.
+    pub fn outcome_at_end(&self) -> Outcome {
+        match self.outcome() {
+            Outcome::Incomplete if self.incomplete_at_end().is_empty() => Outcome::Done,
+            outcome => outcome,
         }
     }
 
@@ -110,7 +134,19 @@ pub(crate) fn planned_files(
         files.push((format!("passes{suffix}{number}.svg"), stamped_svg(picture, &programs).into_bytes()));
     }
     let chip_table = (format!("chips{suffix}.csv"), chips.csv.into_bytes());
-    Planned { files, chip_table, report, rest: None, left: None, posed: Vec::new(), spec: None, timings: clock.laps }
+    Planned {
+        files,
+        chip_table,
+        report,
+        rest: None,
+        left: None,
+        posed: Vec::new(),
+        spec: None,
+        left_at_end: Vec::new(),
+        open_regions: Vec::new(),
+        sweeps: None,
+        timings: clock.laps,
+    }
 }
 
 /// Returns the pieces of all operations, in the order of the program.

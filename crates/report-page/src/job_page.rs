@@ -34,6 +34,7 @@ pub fn job_html(report: &JobReport) -> Vec<u8> {
     out += &format!("<p>{}</p>\n", escaped(&time_text(report)));
     out += &time_picture(report, &tools);
     out += &tool_table(report, &tools);
+    out += &left_section(report);
     for (k, clamping) in report.clampings.iter().enumerate() {
         out += &clamping_section(k + 1, clamping, &tools);
     }
@@ -77,7 +78,11 @@ fn stamp(report: &JobReport) -> (&'static str, &'static str, String) {
         }
         Outcome::Incomplete => {
             let less = count(&|p| !p.incomplete_because.is_empty());
-            ("warn", "NO FAULT, JOB NOT MET", format!("{less} of {n} programs leave more than the job permits"))
+            let note = match report.incomplete_because.len() {
+                0 => format!("{less} of {n} programs leave more than the job permits"),
+                reasons => format!("for {reasons} reason(s), below"),
+            };
+            ("warn", "NO FAULT, JOB NOT MET", note)
         }
         _ if count(&not_certified) > 0 => {
             let open = count(&not_certified);
@@ -93,6 +98,68 @@ fn stamp(report: &JobReport) -> (&'static str, &'static str, String) {
         }
         _ => ("ok", "VERIFIED", format!("{n} programs without a fault")),
     }
+}
+
+/// Returns the reasons why the job is not met, and the operations whose own programs leave more
+/// than their limits, with what is left of that at the end; nothing where there are none.
+fn left_section(report: &JobReport) -> String {
+    let mut out = String::new();
+    if !report.incomplete_because.is_empty() {
+        out += "<h2>Job not met</h2>\n<ul>\n";
+        for why in &report.incomplete_because {
+            out += &format!("<li>{}</li>\n", escaped(why));
+        }
+        out += "</ul>\n";
+    }
+    if report.left_at_end.is_empty() {
+        return out;
+    }
+    out += "<h2>Left at the end</h2>\n<p>Operations whose own programs leave more than their limits, measured again after all programs \
+            of the job.</p>\n<table>";
+    out += &head([
+        "setup, operation",
+        "limit, mm",
+        "above it, own program",
+        "at the end",
+        "never cut",
+        "highest, mm",
+        "kept",
+    ]);
+    out += "<tbody>\n";
+    for left in &report.left_at_end {
+        let highest =
+            left.highest_at_end.map_or_else(|| "none above".to_owned(), |place| format!("{:.3}", place.height_mm));
+        let mut notes: Vec<String> = left
+            .cusps
+            .iter()
+            .map(|cusps| {
+                let state = if cusps.kept {
+                    "within the limit at the end"
+                } else {
+                    "not known to be within the limit at the end"
+                };
+                format!("predicted cusps at {} points, {state}", cusps.points)
+            })
+            .collect();
+        notes.push(match left.lowered_by.as_slice() {
+            [] => "no later program cuts deeper on it".to_owned(),
+            setups => format!("cut deeper by {}", setups.join(", ")),
+        });
+        out += &format!(
+            "<tr class=\"sum\"><td>{}, {}</td>{}{}{}{}{}{}</tr>\n<tr><td colspan=\"7\" style=\"padding-left:20px\" class=\"note\">{}</td></tr>\n",
+            escaped(&left.setup),
+            escaped(&left.operation),
+            number(&format!("{:.3}", left.limit_mm)),
+            number(&format!("{:.2} %", 100.0 * left.above_fraction)),
+            number(&format!("{:.2} %", 100.0 * left.above_at_end)),
+            number(&format!("{:.2} %", 100.0 * left.never_cut_at_end)),
+            number(&highest),
+            number(if left.is_kept() { "yes" } else { "no" }),
+            escaped(&notes.join("; "))
+        );
+    }
+    out += "</tbody></table>\n";
+    out
 }
 
 fn time_text(report: &JobReport) -> String {
@@ -223,10 +290,16 @@ fn program_rows(program: &ToolProgramReport, colour: &str) -> String {
     let line = program.line_in_joined.map_or_else(String::new, |line| line.to_string());
     let bad = if program.faults > 0 { " bad" } else { "" };
     let mut out = format!(
-        "<tr class=\"sum{bad}\"><td>{} T{} {}, <a href=\"{}\">{}</a></td>{}{}<td></td><td></td>{}</tr>\n",
+        "<tr class=\"sum{bad}\"><td>{} T{} {}{}, <a href=\"{}\">{}</a></td>{}{}<td></td><td></td>{}</tr>\n",
         mark(colour),
         program.tool_number,
         escaped(&program.tool),
+        escaped(
+            &program
+                .second_tool
+                .as_ref()
+                .map_or_else(String::new, |second| format!(" and, on head 2, {}", second.in_words()))
+        ),
         escaped(&page),
         escaped(&program.programs.join(", ")),
         number(&line),

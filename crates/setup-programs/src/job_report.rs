@@ -5,7 +5,7 @@ use facemill_job::format::incomplete::incomplete_because;
 use facemill_job::format::job_file::{PoseFile, RoleFile, SetupFile};
 use facemill_job::format::job_report::{
     ClampingReport, DatumReport, DatumShapeReport, JOB_REPORT_FORMAT, JobReport, PlacementReport, PoseReport,
-    ToolProgramReport,
+    SecondToolReport, ToolProgramReport,
 };
 use facemill_job::format::program_stamp::checksum;
 use facemill_job::format::report::operations::OperationReport;
@@ -77,11 +77,13 @@ pub fn job_report<T>(
         format: JOB_REPORT_FORMAT.to_owned(),
         job: job.file.name.clone(),
         machine: job.machine.name().to_owned(),
-        outcome: planned.iter().map(|(planned, _)| planned.outcome()).max().unwrap_or(Outcome::Done),
+        outcome: planned.iter().map(|(planned, _)| planned.outcome_at_end()).max().unwrap_or(Outcome::Done),
+        incomplete_because: planned.iter().flat_map(|(planned, _)| planned.incomplete_at_end()).collect(),
         total_time_s: clampings.iter().map(|c| c.time_s).sum(),
         tool_changes: clampings.iter().map(|c| tool_changes(&c.programs)).sum(),
         tool_change_s: change,
         clampings,
+        left_at_end: planned.iter().flat_map(|(planned, _)| &planned.left_at_end).cloned().collect(),
     }))
 }
 
@@ -132,6 +134,11 @@ fn tool_program(job: &Job, index: usize, planned: &Planned, joined: Option<&Join
         tool_number: tool.number(),
         tool: tool.name().to_owned(),
         gauge_length_mm: tool.gauge_length(),
+        second_tool: job.second.as_ref().map(|second| SecondToolReport {
+            number: second.tool.number(),
+            name: second.tool.name().to_owned(),
+            gauge_length_mm: second.tool.gauge_length(),
+        }),
         planned_on: report.stock.planned_on.clone(),
         time_s: report.operations.iter().map(OperationReport::time_s).sum(),
         removed_mm3: removed.map(|all| all.iter().sum()),

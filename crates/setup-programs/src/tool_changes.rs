@@ -20,6 +20,8 @@ pub struct JoinedProgram {
     pub setup: String,
     /// Names of its setups with one tool each.
     pub setups: Vec<String>,
+    /// Names of those that have nothing to cut, and so no part in the text.
+    pub without: Vec<String>,
     /// Name of the file.
     pub name: String,
     /// Its text, and the program of each tool in it; or the reason why there is none.
@@ -48,7 +50,7 @@ pub struct JoinedSection {
 const SAME_PLACE: f64 = 1e-3;
 
 /// Returns the programs that change tools of a planned job: one for each setup of the job file with
-/// several tools, if all of its programs are planned.
+/// several tools. Setups with nothing to cut have no part in it.
 ///
 /// Guarantee: the text is read back, and from each tool change on its blocks are those of the
 /// program of this tool, with the same positions, feeds and state of the control, so that what is
@@ -70,23 +72,21 @@ pub fn joined_programs<T>(job: &Job, planned: &[(Planned, T)]) -> Result<Vec<Joi
         let suffix = if is_alone { String::new() } else { format!("-{}", file_stem(&name)) };
         let file = format!("program{suffix}.{}", job.post.extension());
         let number = (setups.len() + all.len()) as u32;
-        let of_tools = of.clone().map(|k| setups[k].name.clone()).collect();
+        let of_tools: Vec<String> = of.clone().map(|k| setups[k].name.clone()).collect();
+        let is_made = |name: &String| made.iter().any(|planned| planned.report.setup == *name);
+        let without = of_tools.iter().filter(|name| !is_made(name)).cloned().collect();
         let joined = joined(job, (&name, number), &made, of)?;
         let part = format!("{} - {name}", job.file.name);
         let apt = joined.as_ref().ok().and_then(|(text, _)| whole_apt(&part, &made, (&file, text)));
         let apt = apt.map(|text| (format!("program{suffix}.apt"), text));
-        all.push(JoinedProgram { setup: name, setups: of_tools, name: file, joined, apt });
+        all.push(JoinedProgram { setup: name, setups: of_tools, without, name: file, joined, apt });
     }
     Ok(all)
 }
 
 fn joined(job: &Job, (name, number): (&str, u32), made: &[&Planned], of: Range<usize>) -> Result<JoinedText, Failure> {
-    if made.len() < of.len() {
-        return Ok(Err(format!(
-            "{} of {} tools have something to cut; run their programs one by one",
-            made.len(),
-            of.len()
-        )));
+    if made.is_empty() {
+        return Ok(Err("none of its setups has anything to cut".to_owned()));
     }
     if let Some(rejected) = made.iter().find(|p| p.program().is_none_or(|(name, _)| name.contains(REJECTED))) {
         return Ok(Err(format!("the program of \"{}\" has faults", rejected.report.setup)));

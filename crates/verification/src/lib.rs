@@ -25,7 +25,6 @@
 //! | [`mod@operation_region`] | regions that operations are to cut, and samples spread over them |
 //! | [`mod@efficiency`] | length of passes over the least length that the strip widths permit |
 //! | [`mod@material_left`] | heights left on samples of a surface |
-//! | `left_islands` | islands of what a program leaves too high |
 //! | [`mod@remaining`] | material that a program leaves on the surface that its operations are to cut, measured on its text |
 //! | [`mod@stock_run`] | the stock of a job's setup, cut by a program from any source |
 //! | [`mod@sub_cell_check`] | collisions with the stock below the resolution of its lines |
@@ -37,7 +36,6 @@ mod assumptions;
 pub mod deviation;
 pub mod efficiency;
 pub mod feeds;
-mod left_islands;
 pub mod material_left;
 pub mod merged_heads;
 pub mod named_results;

@@ -1,5 +1,6 @@
 //! Program from any source, run on the virtual machine in a job's setup.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use facemill_cl_data::Silent;
@@ -36,7 +37,8 @@ use crate::efficiency::efficiencies_of_text;
 use crate::feeds::{CutFeeds, FastBlock, KnownCuts, RequiredFeeds};
 use crate::merged_heads::{merged_runs, proven_for_both};
 use crate::named_results::{name_obstacles, not_verified};
-use crate::remaining::{LeftByLine, Remaining, RunningHead, remaining};
+use crate::remaining::open_regions::OpenRegion;
+use crate::remaining::{LeftByLine, ProgramSweeps, Remaining, RunningHead, remaining};
 use crate::stock_run::{CutRequest, HeadView, blocks_of_heads, cut_stock};
 use crate::sub_cell_check::{
     SubCellResult, add_between, held_as_cut, seen_between, seen_in_estimate, seen_of_rest, sub_cell_check,
@@ -109,6 +111,10 @@ pub struct Verified {
     pub cuts: Vec<BlockCut>,
     /// The part's surface in the colours of its deviation, as GLB, if requested.
     pub painted: Option<Vec<u8>>,
+    /// Regions on which it does not keep its operations' limits, for later programs.
+    pub open_regions: Vec<OpenRegion>,
+    /// All that it cuts, if it was measured.
+    pub sweeps: Option<ProgramSweeps>,
     /// Lines of the program's rapids, in order, by which findings are
     /// [merged](facemill_virtual_machine::merge_findings).
     pub rapid_lines: Vec<u32>,
@@ -194,7 +200,9 @@ pub fn verify_program(
         Some(_) => job.seen_by(0, 0.0).machine,
     };
     found.assumptions.extend(found.verification.estimate.as_ref().map(is_estimate));
-    let (remaining, left) = found.remaining.map(|r| (r.report, r.by_line)).unzip();
+    let open_regions = found.remaining.as_ref().map_or_else(Vec::new, |r| r.open_regions(BTreeMap::new()));
+    let (remaining, left) = found.remaining.as_ref().map(|r| (r.report.clone(), r.by_line.clone())).unzip();
+    let sweeps = found.remaining.map(Remaining::into_sweeps);
     let file = VerificationFile {
         format: VERIFICATION_FORMAT,
         job: job.file.name.clone(),
@@ -213,7 +221,8 @@ pub fn verify_program(
         certificates: found.certificates,
     };
     let rapid_lines = rapid_lines(&program);
-    Ok(Verified { file, rest: found.rest, left, cuts: found.cuts, painted: found.painted, rapid_lines })
+    let (rest, cuts, painted) = (found.rest, found.cuts, found.painted);
+    Ok(Verified { file, rest, left, cuts, painted, open_regions, sweeps, rapid_lines })
 }
 
 /// Program and the options of its run.

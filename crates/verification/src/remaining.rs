@@ -1,7 +1,11 @@
 //! Material that a program leaves on the surface that its operations are to cut, measured on its
 //! text.
 
+mod left_islands;
+pub mod open_regions;
+
 use std::collections::BTreeMap;
+use std::fmt;
 use std::sync::Arc;
 
 use facemill_cc_path::strategies::Region;
@@ -20,10 +24,11 @@ use facemill_virtual_machine::{VerifySettings, VirtualSetup, swept_by_cuts};
 use facemill_z_map::{LeftHeight, SurfacePlace, SweptCutter, left_heights};
 use nalgebra::{Isometry3, Point3, Unit, Vector3};
 
-use crate::left_islands::left_islands;
 use crate::material_left::{ACCURACY, MOTION_TOLERANCE, MaterialLeft, Sampled, quantiles};
 use crate::named_results::not_verified;
 use crate::operation_region::OperationRegion;
+use crate::remaining::left_islands::left_islands;
+use crate::remaining::open_regions::{OpenCusps, OpenRegion};
 
 /// Largest number of samples of an operation's region, without its border: 100,000 take a second of
 /// processor time on the sample job.
@@ -83,6 +88,27 @@ pub struct Remaining {
     sweeps: Sweeps,
 }
 
+/// Everything that the program of a setup cuts, by all heads.
+#[derive(Clone)]
+pub struct ProgramSweeps(Arc<Vec<SweptCutter>>);
+
+impl fmt::Debug for ProgramSweeps {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let motions: Vec<usize> = self.0.iter().map(SweptCutter::n_motions).collect();
+        f.debug_tuple("ProgramSweeps").field(&motions).finish()
+    }
+}
+
+impl ProgramSweeps {
+    /// Returns the heights that the program leaves on places of its workpiece frame.
+    ///
+    /// # Errors
+    /// If the measurement is cancelled.
+    pub fn heights(&self, on: &[SurfacePlace]) -> Result<Vec<LeftHeight>, Failure> {
+        left_heights(&self.0[..], on, &Silent).map_err(|_| Failure::Interrupted)
+    }
+}
+
 /// A point near a surface whose height is wanted.
 #[derive(Clone, Copy, Debug)]
 pub struct NearSurface {
@@ -95,6 +121,20 @@ pub struct NearSurface {
 }
 
 impl Remaining {
+    /// Returns the regions on which the program does not keep its operations' limits, for later
+    /// programs; `cusps` are those that stay open, by places in the report's list of operations.
+    #[must_use]
+    pub fn open_regions(&self, mut cusps: BTreeMap<usize, OpenCusps>) -> Vec<OpenRegion> {
+        let measured = self.report.operations.iter().zip(&self.places).enumerate();
+        measured.filter_map(|(k, (left, places))| OpenRegion::of(left, places, cusps.remove(&k))).collect()
+    }
+
+    /// Returns what the program cuts, without what those before it have cut.
+    #[must_use]
+    pub fn into_sweeps(self) -> ProgramSweeps {
+        ProgramSweeps(Arc::new(self.sweeps.sweeps))
+    }
+
     /// Measures the height at the place of an operation's region that is nearest to each point;
     /// `None` where it is outside the region or farther than the point's reach. `operation` is an
     /// index of the report's operations.
@@ -180,6 +220,11 @@ pub struct LeftPlace {
     pub height: f64,
     /// Whether any cut reaches the stock above it.
     pub is_cut: bool,
+    /// Whether no cut reaches it and material is left on it that the operation is to cut.
+    pub is_never_cut: bool,
+    /// The place on the surface to be left, in its place of the pattern, with the height left as
+    /// its stock.
+    pub left: SurfacePlace,
 }
 
 /// Measures the heights that a program leaves on places spread over the region of each operation of
@@ -208,14 +253,16 @@ pub fn left_places(
 
 /// Returns the heights on samples as places.
 fn left_on(samples: &[Sampled], measured: &MaterialLeft) -> Vec<LeftPlace> {
-    let place = |(s, left): (&Sampled, &LeftHeight)| LeftPlace {
+    let place = |(k, (s, left)): (usize, (&Sampled, &LeftHeight))| LeftPlace {
         position: s.sample.position,
         normal: s.sample.normal,
         weight: s.sample.weight(),
         height: left.height,
         is_cut: left.cut_by.is_some() || s.was_cut || s.on.stock <= ACCURACY,
+        is_never_cut: measured.is_never_cut(k),
+        left: SurfacePlace { stock: left.height, ..s.on },
     };
-    samples.iter().zip(&measured.left).map(place).collect()
+    samples.iter().zip(&measured.left).enumerate().map(place).collect()
 }
 
 /// Returns the regions of a setup's operations.

@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use clap::Args;
 use facemill::formats::{
-    JobReport, JoinedProgramSummary, JoinedSectionSummary, SUMMARY_FORMAT, SetupSummary, SummaryFile,
+    JobReport, JoinedProgramSummary, JoinedSectionSummary, SUMMARY_FORMAT, SetupSummary, SummaryFile, not_met,
 };
 use facemill::planner::plan_job_with_setups;
 use facemill::report::Report;
@@ -120,7 +120,7 @@ fn plan(arguments: &PlanArguments, job: &Job, out: &Path) -> Result<ExitCode, Fa
     let wants_pages = !arguments.no_html || arguments.animation.is_some();
     let keep = |planned: &Planned, read| wants_pages.then(|| KeptForPages::of(job, planned, read));
     for (planned, kept) in plan_job_with_setups(job, settings, arguments.stock_cell_mm, &progress, keep)? {
-        outcome = outcome.max(planned.outcome());
+        outcome = outcome.max(planned.outcome_at_end());
         texts.push(summary(&planned.report));
         setups.push(SetupSummary::of(&planned.report));
         timings.push(serde_json::json!({
@@ -138,8 +138,12 @@ fn plan(arguments: &PlanArguments, job: &Job, out: &Path) -> Result<ExitCode, Fa
     let joined = joined_summaries(joined_programs, &all_planned, &mut all_files);
     texts.extend(joined.iter().map(|joined| joined.lines().join("\n")));
     if let Some(report) = &of_job {
-        texts.push(report.summary_line());
+        texts.extend(report.summary_lines());
         all_files.push((JOB_REPORT.to_owned(), facemill::file_format::to_json(report).into_bytes()));
+    }
+    let reasons: Vec<String> = all_planned.iter().flat_map(|(planned, _)| planned.incomplete_at_end()).collect();
+    if of_job.is_none() && outcome == Outcome::Incomplete {
+        texts.extend(not_met(reasons.iter().cloned()));
     }
     let timings = serde_json::json!({ "format": "facemill-timings/1", "setups": timings });
     all_files.push(("timings.json".to_owned(), facemill::file_format::to_json(&timings).into_bytes()));
@@ -151,7 +155,7 @@ fn plan(arguments: &PlanArguments, job: &Job, out: &Path) -> Result<ExitCode, Fa
     let names: Vec<String> =
         all_files.into_iter().map(|(name, _)| name).chain(pages(arguments, job, out, (all_planned, of_job))).collect();
     let output = match (arguments.json, arguments.quiet) {
-        (true, _) => json(outcome, out, names, (setups, joined)),
+        (true, _) => json((outcome, reasons), out, names, (setups, joined)),
         (false, true) => String::new(),
         (false, false) => format!("{}\n  written to {}: {}\n", texts.join("\n"), out.display(), in_words(&names)),
     };
@@ -227,14 +231,23 @@ fn pages(
 
 /// Returns the summary as JSON.
 fn json(
-    outcome: Outcome,
+    (outcome, incomplete_because): (Outcome, Vec<String>),
     out: &Path,
     files: Vec<String>,
     (setups, joined_programs): (Vec<SetupSummary>, Vec<JoinedProgramSummary>),
 ) -> String {
     let (out, exit_code) = (out.display().to_string(), outcome.exit_code());
     let format = SUMMARY_FORMAT;
-    facemill::file_format::to_json(&SummaryFile { format, outcome, exit_code, out, files, setups, joined_programs })
+    facemill::file_format::to_json(&SummaryFile {
+        format,
+        outcome,
+        exit_code,
+        incomplete_because,
+        out,
+        files,
+        setups,
+        joined_programs,
+    })
 }
 
 /// Adds main programs with their subprograms, and tables of planned clampings, to the files.
@@ -264,7 +277,7 @@ fn joined_summaries(
     files: &mut Vec<(String, Vec<u8>)>,
 ) -> Vec<JoinedProgramSummary> {
     let mut summaries = Vec::new();
-    for JoinedProgram { setup, setups, name, joined, apt } in joined_programs {
+    for JoinedProgram { setup, setups, without, name, joined, apt } in joined_programs {
         let of = planned.iter().map(|(planned, _)| &planned.report).filter(|report| setups.contains(&report.setup));
         let time = |r: &Report| {
             let times = &r.times;
@@ -287,7 +300,7 @@ fn joined_summaries(
             first_line: s.first_line,
         };
         let sections = sections.into_iter().map(section).collect();
-        summaries.push(JoinedProgramSummary { setup, file, not_written_because, total_time_s, sections });
+        summaries.push(JoinedProgramSummary { setup, file, not_written_because, total_time_s, without, sections });
     }
     summaries
 }

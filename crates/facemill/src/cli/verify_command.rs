@@ -1,26 +1,29 @@
 //! `facemill verify`.
 
+use std::collections::BTreeSet;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::{ArgGroup, Args};
 use facemill::called_program::CalledProgram;
-use facemill::formats::VerificationFile;
+use facemill::formats::{LeftAtEnd, VerificationFile};
 use facemill::job::stock::map::rectangle_with;
 use facemill::job_file::STOCK_TOLERANCE;
 use facemill::nc_program::Dialect;
 use facemill::report::remaining::RemainingReport;
 use facemill::report::stock::StockReport;
-use facemill::virtual_machine::{BetweenPositions, EstimatedPositions, Verification};
+use facemill::verification::remaining::open_regions::OpenRegion;
+use facemill::virtual_machine::{BetweenPositions, EstimatedPositions, FindingKind, Verification};
 use facemill::z_map::DexelMap;
 use facemill::{
-    CutRequest, DeviationRequest, Failure, StockRegion, Verified, VerifyRequest, files, read_rest, verify_program,
+    CutRequest, DeviationRequest, Failure, Job, StockRegion, Verified, VerifyRequest, files, read_rest, verify_program,
 };
 
 use crate::cli::arguments::ad_hoc_setup::StandArguments;
 use crate::cli::arguments::called_files::expand_in_place;
 use crate::cli::arguments::option_lengths::{above_zero, from_zero, stock_tolerance};
-use crate::cli::arguments::program::{ProgramArguments, ProgramOfJob};
+use crate::cli::arguments::program::{ProgramArguments, ProgramOfJob, setup_of};
 use crate::cli::deviation_command::{deviation_lines, mesh_bytes, painted_mesh, rest_mesh};
 use crate::cli::output::findings_table::findings_table;
 use crate::cli::output::say;
@@ -87,6 +90,10 @@ pub(crate) struct VerifyArguments {
     /// default with --deviation: the largest height that the setup's operations may leave
     #[arg(long, value_name = "MM", allow_negative_numbers = true, value_parser = above_zero)]
     deviation_tolerance_mm: Option<f64>,
+    /// Setup of the job, by its name or number, that had nothing to cut: it has no part in a program
+    /// that changes tools. Can be given several times
+    #[arg(long, value_name = "SETUP")]
+    without: Vec<String>,
     /// Output file for the results, as JSON
     #[arg(short, long, value_name = "FILE")]
     out: Option<PathBuf>,
@@ -100,6 +107,9 @@ pub(crate) fn run(arguments: &VerifyArguments) -> Result<ExitCode, Failure> {
     let mut read = arguments.program.read_with(&arguments.stand)?;
     let path = &arguments.program.program;
     let called = expand_in_place(&mut read, path)?;
+    if read.setups.len() < 2 && !arguments.without.is_empty() {
+        return Err(Failure::input(path, "--without is for a program of several tools, in a job with several"));
+    }
     if read.setups.len() > 1 {
         return run_sections(arguments, read, called.as_ref());
     }
@@ -131,6 +141,25 @@ fn is_clean(file: &VerificationFile) -> bool {
     file.verification.faults().next().is_none() && !gouged
 }
 
+/// Returns whether a verified part has no fault but material that later parts may cut.
+fn is_clean_but_left(file: &VerificationFile) -> bool {
+    let gouged = file.deviation.as_ref().is_some_and(|d| d.exceeds_gouge_limit);
+    file.verification.faults().all(|finding| finding.kind == FindingKind::Excess) && !gouged
+}
+
+/// Returns the setups of a program's clamping that have no part in it.
+///
+/// # Errors
+/// If one is none of them.
+fn without_part(arguments: &VerifyArguments, job: &Job, setups: Range<usize>) -> Result<BTreeSet<usize>, Failure> {
+    let of = |name: &String| {
+        let setup = setup_of(job, Some(name))?;
+        let is_own = Some(setup).filter(|setup| setups.contains(setup));
+        is_own.ok_or_else(|| job.wrong(format!("--without {name}: is no setup of this program's tools")))
+    };
+    arguments.without.iter().map(of).collect()
+}
+
 /// Verifies a program that changes tools: the part behind each change with its tool, on what the
 /// parts before it leave.
 fn run_sections(
@@ -160,20 +189,26 @@ fn run_sections(
     };
     let mut rest = arguments.rest.as_ref().map(|rest| read_rest(&job, setups.start, rest)).transpose()?;
     let (mut texts, mut results, mut clean) = (String::new(), Vec::new(), true);
+    let without = without_part(arguments, &job, setups.clone())?;
+    let has_part = |setup: &usize| !without.contains(setup);
     let mut next = setups.start;
+    let mut open: Vec<(usize, Vec<OpenRegion>)> = Vec::new();
     for (k, section) in sections.iter().enumerate() {
         // Without a setup of its tool the part is run as that of the next one, and its tool is a
         // finding.
         let tool = section.called_tool();
-        let of_tool = (next..setups.end).find(|&s| Some(job.for_setup(s).tool.number()) == tool);
-        let Some(setup) = of_tool.or(Some(next).filter(|&s| s < setups.end)) else {
+        let mut left = (next..setups.end).filter(has_part);
+        let first = left.clone().next();
+        let Some(setup) = left.find(|&s| Some(job.for_setup(s).tool.number()) == tool).or(first) else {
             texts += &format!("tool change {} of {}: A TOOL TOO MANY, T{}\n", k + 1, sections.len(), tool.unwrap_or(0));
             clean = false;
             break;
         };
         for skipped in next..setup {
-            texts += &format!("no tool change for \"{}\": A TOOL IS MISSING\n", job.file.setups[skipped].name);
-            clean = false;
+            if has_part(&skipped) {
+                texts += &format!("no tool change for \"{}\": A TOOL IS MISSING\n", job.file.setups[skipped].name);
+                clean = false;
+            }
             job.programs.add(skipped, None, dialect);
         }
         next = setup + 1;
@@ -187,15 +222,33 @@ fn run_sections(
         if let Some(called) = called {
             called.complete(&mut verified.file);
         }
-        clean &= is_clean(&verified.file);
+        clean &= is_clean_but_left(&verified.file);
+        if let Some(sweeps) = verified.sweeps.take() {
+            // All parts are cut in one workpiece frame.
+            for region in open.iter_mut().flat_map(|(_, regions)| regions) {
+                region.lower(&job.file.setups[setup].name, None, |on| sweeps.heights(on))?;
+            }
+        }
+        open.push((setup, std::mem::take(&mut verified.open_regions)));
         texts += &verification_text(&verified.file);
         results.push(verified.file);
         rest = verified.rest;
         job.programs.add_section(setup, (path.clone(), text.clone()), dialect, k);
     }
-    for missing in next..setups.end {
+    for missing in (next..setups.end).filter(has_part) {
         texts += &format!("no tool change for \"{}\": A TOOL IS MISSING\n", job.file.setups[missing].name);
         clean = false;
+    }
+    let at_end = |(setup, regions): &(usize, Vec<OpenRegion>)| {
+        regions.iter().map(|region| region.at_end(&job.file.setups[*setup].name)).collect::<Vec<_>>()
+    };
+    let left: Vec<LeftAtEnd> = open.iter().flat_map(at_end).collect();
+    if !left.is_empty() {
+        texts += "left after all parts, of operations whose own parts leave more than their limits:\n";
+    }
+    for left in &left {
+        texts += &format!("  {}: {}\n", if left.is_kept() { "finished" } else { "NOT FINISHED" }, left.in_words());
+        clean &= left.is_kept();
     }
     let mut made: Vec<(&Path, Vec<u8>)> = Vec::new();
     if let Some(out) = &arguments.out {

@@ -5,6 +5,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::duration_text::clock;
+use crate::format::incomplete::not_met;
+use crate::format::job_file::FinishFile;
 use crate::format::report::operations::OperationReport;
 use crate::format::report::outcome::Outcome;
 
@@ -20,8 +22,12 @@ pub struct JobReport {
     pub job: String,
     /// Name of the machine.
     pub machine: String,
-    /// Outcome of the plan: the worst of its programs.
+    /// Outcome of the plan: the worst of its programs, where limits of operations that later
+    /// programs keep count as kept.
     pub outcome: Outcome,
+    /// Reasons why all programs together do less than the job requires, in words.
+    #[serde(default)]
+    pub incomplete_because: Vec<String>,
     /// Machine time of all programs and their tool changes, s. A person's time is not counted.
     pub total_time_s: f64,
     /// Changes to another tool within clampings: the first tool of each is not counted.
@@ -31,12 +37,121 @@ pub struct JobReport {
     pub tool_change_s: Option<f64>,
     /// The clampings, in the order in which they are cut.
     pub clampings: Vec<ClampingReport>,
+    /// Operations whose own program does not keep their limits, with the material on their regions
+    /// after all programs of the job.
+    #[serde(default)]
+    pub left_at_end: Vec<LeftAtEnd>,
+}
+
+/// Region of an operation whose own program does not keep its limits, after all programs of the job
+/// that cut the same stock.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct LeftAtEnd {
+    /// Name of the setup with the operation.
+    pub setup: String,
+    /// Operation.
+    pub operation: String,
+    /// Area of the region, mm²; where the region is a line its length, mm. 0 if no sample lies in
+    /// it.
+    pub region: f64,
+    /// Largest height of a finished region, mm, as in `remaining` of the report.
+    pub limit_mm: f64,
+    /// Limits of the operation.
+    pub allowed: FinishFile,
+    /// Whether its own program leaves more on it than these permit.
+    pub exceeded: bool,
+    /// Fraction above the limit after its own program.
+    pub above_fraction: f64,
+    /// Fraction above the limit after all programs.
+    pub above_at_end: f64,
+    /// Fraction that neither this program cuts, nor one before or after it.
+    pub never_cut_at_end: f64,
+    /// Highest place above the limit after all programs; `null` if there is none.
+    pub highest_at_end: Option<LeftAtEndPlace>,
+    /// Cusps that are predicted to be higher than permitted, and that its own text is not measured
+    /// to keep; `null` if there are none.
+    pub cusps: Option<CuspsAtEnd>,
+    /// Setups whose programs cut deeper on it later.
+    pub lowered_by: Vec<String>,
+    /// Whether all programs together leave more on it than the operation's limits permit.
+    pub exceeded_at_end: bool,
+}
+
+/// A place with material left.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct LeftAtEndPlace {
+    /// Its height, mm.
+    pub height_mm: f64,
+    /// The place, workpiece frame of the setup with the operation, mm.
+    pub at_mm: [f64; 3],
+}
+
+/// Predicted cusps of an operation after all programs of the job.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct CuspsAtEnd {
+    /// Points beside which they are predicted.
+    pub points: usize,
+    /// Whether later programs are measured to keep the cusp beside all of them; of more than 4,000
+    /// points, whether they cut all of the region deeper.
+    pub kept: bool,
+}
+
+impl LeftAtEnd {
+    /// Returns whether the operation's limits are kept after all programs.
+    #[must_use]
+    pub fn is_kept(&self) -> bool {
+        !self.exceeded_at_end && self.cusps.is_none_or(|cusps| cusps.kept)
+    }
+
+    /// Describes it in words.
+    #[must_use]
+    pub fn in_words(&self) -> String {
+        let Self { setup, operation, limit_mm, allowed, .. } = self;
+        let percent = |share: f64| 100.0 * share;
+        let by = match self.lowered_by.as_slice() {
+            [] => "no later program cuts deeper on it".to_owned(),
+            setups => format!("cut deeper by {}", setups.join(", ")),
+        };
+        let mut parts = Vec::new();
+        if self.exceeded {
+            let highest = self.highest_at_end.map_or_else(String::new, |highest| {
+                let [x, y, z] = highest.at_mm;
+                format!(", up to {:.3} mm at ({x:.1}, {y:.1}, {z:.1})", highest.height_mm)
+            });
+            parts.push(format!(
+                "{:.2} % above {limit_mm:.3} mm after its own program, {:.2} % after all (allowed {:.2} %){highest}; {:.2} % never cut \
+                 (allowed {:.2} %)",
+                percent(self.above_fraction),
+                percent(self.above_at_end),
+                percent(allowed.max_above_fraction),
+                percent(self.never_cut_at_end),
+                percent(allowed.max_never_cut_fraction)
+            ));
+        }
+        parts.extend(self.cusps.map(|CuspsAtEnd { points, kept }| {
+            let state = if kept { "within the limit" } else { "not known to be within the limit" };
+            format!("predicted cusps at {points} points are {state} after all programs")
+        }));
+        format!("{setup}, operation \"{operation}\": {}; {by}", parts.join("; "))
+    }
 }
 
 impl JobReport {
-    /// Returns the line of the summary.
+    /// Returns the lines of the summary.
     #[must_use]
-    pub fn summary_line(&self) -> String {
+    pub fn summary_lines(&self) -> Vec<String> {
+        let mut lines = vec![self.time_line()];
+        if !self.left_at_end.is_empty() {
+            lines.push("  left at the end, of operations whose own programs leave more than their limits:".to_owned());
+            lines.extend(self.left_at_end.iter().map(|left| format!("    {}", left.in_words())));
+        }
+        if self.outcome == Outcome::Incomplete {
+            lines.extend(not_met(self.incomplete_because.iter().cloned()));
+        }
+        lines
+    }
+
+    fn time_line(&self) -> String {
         let programs: usize = self.clampings.iter().map(|c| c.programs.len()).sum();
         let changes = match self.tool_change_s {
             Some(time) => format!("{} tool change(s) of {time} s among them", self.tool_changes),
@@ -153,6 +268,25 @@ pub struct PoseReport {
     pub rotation_deg: f64,
 }
 
+/// Tool of the second head of a machine.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct SecondToolReport {
+    /// Number of the tool.
+    pub number: u32,
+    /// Name of the tool.
+    pub name: String,
+    /// Length of the tool from the gauge line to the tip, mm.
+    pub gauge_length_mm: f64,
+}
+
+impl SecondToolReport {
+    /// Returns the tool in words.
+    #[must_use]
+    pub fn in_words(&self) -> String {
+        format!("T{} {} of {:.3} mm", self.number, self.name, self.gauge_length_mm)
+    }
+}
+
 /// Program of one tool in a clamping.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ToolProgramReport {
@@ -172,6 +306,9 @@ pub struct ToolProgramReport {
     pub tool: String,
     /// Length of the tool from the gauge line to the tip, mm.
     pub gauge_length_mm: f64,
+    /// Tool of the second head; absent on a machine with one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub second_tool: Option<SecondToolReport>,
     /// Stock on which it is planned.
     pub planned_on: String,
     /// Machine time, s.

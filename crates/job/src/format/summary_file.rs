@@ -20,10 +20,13 @@ pub const SUMMARY_FORMAT: &str = "facemill-summary/1";
 pub struct SummaryFile {
     /// Always `"facemill-summary/1"`.
     pub format: &'static str,
-    /// Outcome; of several setups the worst.
+    /// Outcome; of several setups the worst, where limits that later programs keep are kept.
     pub outcome: Outcome,
     /// Exit code of the command.
     pub exit_code: u8,
+    /// Reasons why all programs together do less than the job requires, in words; empty if they
+    /// meet it.
+    pub incomplete_because: Vec<String>,
     /// Output folder.
     pub out: String,
     /// Files in it.
@@ -48,6 +51,9 @@ pub struct JoinedProgramSummary {
     pub not_written_because: Option<String>,
     /// Machine time of all programs, s; tool changes are not counted.
     pub total_time_s: f64,
+    /// Setups with nothing to cut, and no part in it.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub without: Vec<String>,
     /// The programs of the tools in it, in their order.
     pub sections: Vec<JoinedSectionSummary>,
 }
@@ -80,6 +86,8 @@ impl JoinedProgramSummary {
                 let of =
                     |s: &JoinedSectionSummary| format!("    from line {:<8} T{}: {}", s.first_line, s.tool, s.program);
                 lines.extend(self.sections.iter().map(of));
+                let without = |name: &String| format!("    nothing to cut    {name}: verify with --without \"{name}\"");
+                lines.extend(self.without.iter().map(without));
             }
             (None, why) => {
                 lines.push(format!("  one program       not written: {}", why.as_deref().unwrap_or("unknown")));
@@ -110,8 +118,8 @@ pub struct SetupSummary {
     pub faults: usize,
     /// Number of assumptions.
     pub assumptions: usize,
-    /// Reasons why the program does less than the job requires, in words; empty if it meets the
-    /// job. With `faults` it must not be run at all.
+    /// Reasons why the program by itself does less than the job requires, in words, also where later
+    /// programs do the rest. With `faults` it must not be run at all.
     pub incomplete_because: Vec<String>,
     /// Material that the written program leaves on the regions of its operations; `null` if the
     /// setup has none.

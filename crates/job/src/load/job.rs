@@ -244,13 +244,13 @@ impl Job {
     }
 
     /// Returns the parts of a program of the clamping that a setup belongs to: one for each tool,
-    /// or, where setups follow each other with one tool, one for each tool change.
+    /// or, where a tool comes more than once, one for each tool change.
     pub fn parts_of(&self, program: &ReadProgram, setup: usize) -> Vec<ReadProgram> {
         let of_clamping = self.clampings().into_iter().map(|(_, of)| of).find(|of| of.contains(&setup));
         let of_clamping = of_clamping.unwrap_or(setup..setup + 1);
         let tools: Vec<Option<&str>> =
             self.file.setups[of_clamping].iter().map(|setup| tool_of_setup(&self.file, setup)).collect();
-        if tools.windows(2).any(|pair| pair[0] == pair[1]) {
+        if (1..tools.len()).any(|k| tools[..k].contains(&tools[k])) {
             program.change_sections()
         } else {
             program.tool_sections()

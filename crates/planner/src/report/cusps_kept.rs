@@ -1,6 +1,8 @@
 //! Cusps along the passes of an operation: whether the limit is kept, the measures taken for it,
 //! and reasons if it is not.
 
+use std::collections::BTreeMap;
+
 use facemill_job::failure::Failure;
 use facemill_job::format::job_file::{OperationFile, PathFile};
 use facemill_job::format::report::Report;
@@ -8,6 +10,7 @@ use facemill_job::format::report::cusps::{CuspReasonReport, CuspsKeptReport};
 use facemill_job::frames::places;
 use facemill_job::load::job::{Job, Setup};
 use facemill_tool_model::Cusp;
+use facemill_verification::remaining::open_regions::OpenCusps;
 use facemill_verification::remaining::{LeftPlace, NearSurface, Remaining};
 use nalgebra::{Isometry3, Point3, Unit, Vector3};
 
@@ -107,7 +110,8 @@ const PLACES_ACROSS: i32 = 16;
 const MOST_BEYOND: usize = 4000;
 
 /// Marks predicted cusps as kept where the text is measured to leave no more than the permitted
-/// ones beside each point.
+/// ones beside each point. Returns the others by the operations' places in the measured list, for
+/// later programs.
 ///
 /// # Errors
 /// As [`Remaining::left_near`].
@@ -116,13 +120,16 @@ pub(crate) fn settle_cusps(
     operations: &[PlannedOperation<'_>],
     remaining: &Remaining,
     (job, setup): (&Job, &Setup<'_>),
-) -> Result<(), Failure> {
+) -> Result<BTreeMap<usize, OpenCusps>, Failure> {
+    let mut open = BTreeMap::new();
     for (planned, cusps) in operations.iter().zip(&mut report.cusps).filter(|(_, cusps)| cusps.points_beyond > 0) {
         let mut own = (0..).zip(&remaining.report.operations).filter(|(_, o)| o.operation == cusps.operation);
         // Which of two operations of one name was measured is not known.
         let (Some((k, _)), None) = (own.next(), own.next()) else { continue };
         let beyond = points_beyond(planned);
         if beyond.len() > MOST_BEYOND {
+            let (cusp, is_on_region) = (planned.operation.tolerances.cusp_mm, is_all_on_region(planned.operation));
+            open.insert(k, OpenCusps::all_over(beyond.len(), cusp, &remaining.places[k], is_on_region));
             continue;
         }
         let strips: Vec<NearSurface> = beyond.iter().flat_map(|p| p.across_strips(setup.drive_allowance)).collect();
@@ -134,11 +141,14 @@ pub(crate) fn settle_cusps(
             let strips: Vec<LeftPlace> = strips.iter().flatten().copied().collect();
             text.keep(point, &strips, cusp)
         });
+        if !cusps.kept_by_text {
+            open.insert(k, text.open_cusps(&beyond, &across, cusp));
+        }
     }
     if report.cusps.iter().any(|c| c.kept_by_text) {
         report.worst.cusp_exceeded = report.cusps.iter().any(|c| c.points_beyond > 0 && !c.kept_by_text);
     }
-    Ok(())
+    Ok(open)
 }
 
 /// Heights that the text leaves all over an operation's region.
@@ -152,9 +162,8 @@ struct TextHeights<'p> {
 
 impl<'p> TextHeights<'p> {
     fn new(places: &'p [LeftPlace], operation: &OperationFile, allowance: f64) -> Self {
-        // Passes of files may leave the region.
-        let is_all_on_region = matches!(operation.path, PathFile::Strategy(_));
-        let highest = places.iter().map(|place| place.height).reduce(f64::max).filter(|_| is_all_on_region);
+        let highest = places.iter().map(|place| place.height).reduce(f64::max);
+        let highest = highest.filter(|_| is_all_on_region(operation));
         Self { places, highest, allowance }
     }
 
@@ -170,13 +179,33 @@ impl<'p> TextHeights<'p> {
         if self.highest.is_some_and(|highest| highest <= cusp) {
             return true;
         }
-        let is_near = |place: &&LeftPlace| {
-            let on_pass = place.position + place.normal.into_inner() * self.allowance;
-            (on_pass - point.in_first).norm_squared() <= point.step_over * point.step_over
-        };
-        let mut near = self.places.iter().filter(is_near).peekable();
+        let mut near = self.places.iter().filter(|place| self.is_near(place, point)).peekable();
         !strips.is_empty() && near.peek().is_some() && near.all(is_low)
     }
+
+    /// Returns whether a place is within the step-over of a point.
+    fn is_near(&self, place: &LeftPlace, point: &PointBeyond) -> bool {
+        let on_pass = place.position + place.normal.into_inner() * self.allowance;
+        (on_pass - point.in_first).norm_squared() <= point.step_over * point.step_over
+    }
+
+    /// Returns the cusps beside points for later programs: with the places across the `strips` of
+    /// each point and the region's within the step-over, or with all of the region where a point
+    /// has none of the one or the other.
+    fn open_cusps(&self, points: &[PointBeyond], strips: &[Option<LeftPlace>], cusp: f64) -> OpenCusps {
+        let mut chunks = strips.chunks(2 * PLACES_ACROSS as usize);
+        let mut has_places = chunks.all(|strips| strips.iter().any(Option::is_some));
+        has_places &= points.iter().all(|point| self.places.iter().any(|place| self.is_near(place, point)));
+        let is_beside = |place: &LeftPlace| points.iter().any(|point| self.is_near(place, point));
+        let beside = self.places.iter().filter(|place| !has_places || is_beside(place));
+        let on = strips.iter().flatten().chain(beside).map(|place| place.left).collect();
+        OpenCusps::beside(points.len(), cusp, on, has_places || self.highest.is_some())
+    }
+}
+
+/// Returns whether all passes of an operation are on its region: those of files may leave it.
+fn is_all_on_region(operation: &OperationFile) -> bool {
+    matches!(operation.path, PathFile::Strategy(_))
 }
 
 /// Returns the reason why there is no pass between: the refusal nearest to the place within the

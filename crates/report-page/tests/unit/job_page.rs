@@ -1,4 +1,7 @@
-use facemill_job::format::job_report::{DatumReport, DatumShapeReport, JOB_REPORT_FORMAT};
+use facemill_job::format::job_file::FinishFile;
+use facemill_job::format::job_report::{
+    CuspsAtEnd, DatumReport, DatumShapeReport, JOB_REPORT_FORMAT, LeftAtEnd, LeftAtEndPlace, SecondToolReport,
+};
 use facemill_job::format::report::operations::OperationReport;
 
 use super::*;
@@ -25,6 +28,7 @@ fn program(number: u32, operations: Vec<OperationReport>) -> ToolProgramReport {
         tool_number: number,
         tool: "mill <8 & \"12\">".to_owned(),
         gauge_length_mm: 120.0,
+        second_tool: None,
         planned_on: String::new(),
         time_s: operations.iter().map(OperationReport::time_s).sum(),
         removed_mm3: Some(2500.0),
@@ -93,10 +97,12 @@ fn report() -> JobReport {
         job: "a job".to_owned(),
         machine: "a machine".to_owned(),
         outcome: Outcome::Done,
+        incomplete_because: Vec::new(),
         total_time_s: 1830.0,
         tool_changes: 1,
         tool_change_s: Some(30.0),
         clampings,
+        left_at_end: Vec::new(),
     }
 }
 
@@ -170,7 +176,59 @@ fn the_stamp_is_that_of_the_worst_program() {
     assert!(idle.contains("stamp warn\">NO FAULT<small>1 setups") && idle.contains("pressure 2 ball"), "{idle}");
     let less = stamped(&|r| {
         r.outcome = Outcome::Incomplete;
+        r.incomplete_because.push("cusp <too> high".to_owned());
+    });
+    assert!(
+        less.contains("NO FAULT, JOB NOT MET<small>for 1 reason") && less.contains("<li>cusp &lt;too&gt; high</li>"),
+        "{less}"
+    );
+    assert!(!less.contains("Left at the end"), "{less}");
+    // Reports of earlier builds have the reasons of programs alone.
+    let earlier = stamped(&|r| {
+        r.outcome = Outcome::Incomplete;
         r.clampings[0].programs[1].incomplete_because.push("cusp too high".to_owned());
     });
-    assert!(less.contains("NO FAULT, JOB NOT MET<small>1 of 3") && less.contains("cusp too high"), "{less}");
+    assert!(earlier.contains("NO FAULT, JOB NOT MET<small>1 of 3"), "{earlier}");
+}
+
+#[test]
+fn the_page_names_the_tool_of_the_second_head() {
+    let mut report = report();
+    let second = SecondToolReport { number: 9, name: "ball <6>".to_owned(), gauge_length_mm: 80.0 };
+    report.clampings[0].programs[0].second_tool = Some(second);
+    let page = page(&report);
+    assert!(page.contains(" and, on head 2, T9 ball &lt;6&gt; of 80.000 mm, <a"), "{page}");
+}
+
+#[test]
+fn the_page_lists_what_later_programs_do_not_lower() {
+    let mut report = report();
+    let left = LeftAtEnd {
+        setup: "up 1".to_owned(),
+        operation: "rough <b>".to_owned(),
+        region: 50.0,
+        limit_mm: 0.16,
+        allowed: FinishFile::default(),
+        exceeded: true,
+        above_fraction: 0.25,
+        above_at_end: 0.125,
+        never_cut_at_end: 0.0625,
+        highest_at_end: Some(LeftAtEndPlace { height_mm: 0.75, at_mm: [1.0, 2.0, 3.0] }),
+        cusps: Some(CuspsAtEnd { points: 7, kept: true }),
+        lowered_by: vec!["up 2".to_owned(), "up 3".to_owned()],
+        exceeded_at_end: true,
+    };
+    let kept = LeftAtEnd { highest_at_end: None, above_at_end: 0.0, exceeded_at_end: false, ..left.clone() };
+    report.left_at_end = vec![left, kept];
+    let page = page(&report);
+    for part in
+        ["<td>up 1, rough &lt;b&gt;</td>", ">25.00 %</td>", ">12.50 %</td>", ">6.25 %</td>", ">0.750</td>", ">no</td>"]
+    {
+        assert!(page.contains(part), "{part}: {page}");
+    }
+    assert!(
+        page.contains("predicted cusps at 7 points, within the limit at the end; cut deeper by up 2, up 3<"),
+        "{page}"
+    );
+    assert!(page.contains(">0.00 %</td>") && page.contains(">none above</td>") && page.contains(">yes</td>"), "{page}");
 }

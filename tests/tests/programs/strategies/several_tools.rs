@@ -145,6 +145,96 @@ fn operations_of_two_tools_in_one_job_are_those_of_two_jobs() {
     assert!(refused.is_refused_for(&["job-report.json", "describes another program"]), "{}", refused.errors);
 }
 
+#[test]
+fn what_a_tool_leaves_counts_at_the_end_of_the_job_where_a_later_one_cuts_it() {
+    let job = both_mills();
+    let mut file = job.json("job.json");
+    let operations = file["operations"].as_array().expect("operations").clone();
+    let [mut low, high, rest] = <[Value; 3]>::try_from(operations).expect("three operations");
+    job.set("job.json", &[("/operations", json!([low]))]);
+    plan(&job);
+    job.write("passes.json", read(&job, "out/passes.json").as_bytes());
+    // The large mill is to finish the band that it leaves in the middle, too.
+    let region = json!({ "box": { "min_mm": [-60.0, -10.0, -30.0], "max_mm": [60.0, 10.0, 30.0] } });
+    low["path"] = json!({ "file": { "file": "passes.json", "max_distance_mm": 0.01, "region": region } });
+    let mut planned = |from: f64| {
+        let mut rest = rest.clone();
+        rest["path"]["strategy"]["strategy"]["parallel_planes"]["from_mm"] = json!(from);
+        file["operations"] = json!([low, high, rest]);
+        job.write("job.json", file.to_string().as_bytes());
+        let out = job.path("out");
+        let done = facemill_in(&job, &format!("plan job.json --no-html --out {}", out.display()));
+        let report: Value = serde_json::from_str(&read(&job, "out/job-report.json")).expect("JSON");
+        let own: Value = serde_json::from_str(&read(&job, "out/report-top-1-large.json")).expect("JSON");
+        assert_eq!(own["remaining"]["operations"][0]["exceeded"], json!(true), "its own program leaves the band");
+        let [left] = report["left_at_end"].as_array().expect("a list").as_slice() else {
+            panic!("{}", report["left_at_end"]);
+        };
+        assert_eq!((&left["operation"], &left["lowered_by"]), (&json!("low"), &json!(["top 2 small"])), "{left}");
+        assert!(left["above_fraction"].as_f64() > Some(0.2), "{left}");
+        (done, report["outcome"].clone(), left.clone())
+    };
+    let (done, outcome, left) = planned(-10.0);
+    assert!(done.code == 0 && outcome == "done", "{}{}", done.printed, done.errors);
+    assert!(left["above_at_end"].as_f64() < Some(0.01) && left["never_cut_at_end"] == 0.0, "{left}");
+    assert!(done.prints(&["left at the end"]), "{}", done.printed);
+    assert!(done.prints(&["operation \"low\"", "cut deeper by top 2 small"]), "{}", done.printed);
+    // So says the text of both, part by part.
+    let verified_again = |code: i32, finished: &str| {
+        let done = verified(&job, "out/program.nc");
+        assert_eq!(done.code, code, "{}{}", done.printed, done.errors);
+        assert!(
+            done.prints(&["left after all parts"]) && done.prints(&[finished, "operation \"low\""]),
+            "{}",
+            done.printed
+        );
+    };
+    verified_again(0, "  finished");
+    // The small mill cuts the band's upper half alone.
+    let (done, outcome, left) = planned(0.0);
+    assert!(done.code == 1 && outcome == "incomplete", "{}{}", done.printed, done.errors);
+    assert!((0.05..0.2).contains(&left["above_at_end"].as_f64().expect("a share")), "{left}");
+    assert!(done.prints(&["JOB NOT MET"]) && done.prints(&["after its own program"]), "{}", done.printed);
+    verified_again(1, "NOT FINISHED");
+}
+
+#[test]
+fn a_tool_with_nothing_to_cut_has_no_part_in_the_program_of_all_tools() {
+    let job = both_mills();
+    let mut file = job.json("job.json");
+    let operations = file["operations"].as_array().expect("operations").clone();
+    let [low, _, rest] = <[Value; 3]>::try_from(operations).expect("three operations");
+    // The large mill cuts all, so that nothing is left for the small one; then it comes again.
+    let mut all = low.clone();
+    all["name"] = json!("all");
+    all["path"]["strategy"]["strategy"]["parallel_planes"]["to_mm"] = json!(10.0);
+    file["operations"] = json!([all, rest, low]);
+    job.write("job.json", file.to_string().as_bytes());
+    let out = job.path("out");
+    let planned = facemill_in(&job, &format!("plan job.json --no-html --out {}", out.display()));
+    assert!(planned.code == 0, "{}{}", planned.printed, planned.errors);
+    for said in ["T1: program-top-3-large.nc", "nothing to cut    top 2 small: verify with --without"] {
+        assert!(planned.prints(&[said]), "{said}: {}", planned.printed);
+    }
+    let text = read(&job, "out/program.nc");
+    assert!(text.matches("T1 M6").count() == 2 && !text.contains("T2"), "{text}");
+    let verify = |more: &str| {
+        let words = format!("verify {} --job job.json {more}", out.join("program.nc").display());
+        facemill_in(&job, words.trim_end())
+    };
+    let missing = verify("");
+    assert!(missing.code == 1 && missing.prints(&["\"top 2 small\": A TOOL IS MISSING"]), "{}", missing.printed);
+    let done = verify("--without 2");
+    assert!(done.code == 0 && !done.prints(&["MISSING"]), "{}{}", done.printed, done.errors);
+    // A setup that has a part is not without one.
+    let wrong = verify("--without 2 --without 3");
+    assert!(wrong.code == 1 && wrong.prints(&["A TOOL TOO MANY, T1"]), "{}{}", wrong.printed, wrong.errors);
+    let unknown = verify("--without 9");
+    assert!(unknown.is_refused_for(&["9"]), "{}{}", unknown.printed, unknown.errors);
+    let alone = verify("--setup 1 --without 2");
+    assert!(alone.is_refused_for(&["--without", "several tools"]), "{}{}", alone.printed, alone.errors);
+}
+
 /// Returns a job with two tools on a few passes, for a control.
 pub(crate) fn two_tools(dialect: &str) -> JobFolder {
     let job = blink_patch();

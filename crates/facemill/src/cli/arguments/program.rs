@@ -236,7 +236,7 @@ pub(crate) fn setups_of(job: &Job, requested: Option<&str>) -> Result<Range<usiz
 }
 
 /// Returns the index of the setup of this name or number.
-fn setup_of(job: &Job, requested: Option<&str>) -> Result<usize, Failure> {
+pub(crate) fn setup_of(job: &Job, requested: Option<&str>) -> Result<usize, Failure> {
     let setups = &job.file.setups;
     let names: Vec<&str> = setups.iter().map(|s| s.name.as_str()).collect();
     let Some(requested) = requested else {

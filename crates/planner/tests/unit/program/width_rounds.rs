@@ -1,17 +1,16 @@
 use std::slice::from_ref;
 
+use facemill_z_map::SurfacePlace;
 use nalgebra::Vector3;
 
 use super::*;
 
 #[test]
 fn rounds_look_at_what_further_passes_may_lower() {
-    let place = |x: f64, is_cut: bool| LeftPlace {
-        position: Point3::new(x, 0.0, 0.0),
-        normal: Vector3::z_axis(),
-        weight: 1.0,
-        height: 0.3,
-        is_cut,
+    let place = |x: f64, is_cut: bool| {
+        let (position, normal, height) = (Point3::new(x, 0.0, 0.0), Vector3::z_axis(), 0.3);
+        let left = SurfacePlace { position, normal, stock: height };
+        LeftPlace { position, normal, weight: 1.0, height, is_cut, is_never_cut: !is_cut, left }
     };
     let left = [place(0.0, true), place(4.0, false), place(9.0, true), place(11.0, true), place(30.0, true)];
     let at = |of: &[LeftPlace]| of.iter().map(|p| p.position.x).collect::<Vec<_>>();

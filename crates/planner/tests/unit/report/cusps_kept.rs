@@ -1,3 +1,4 @@
+use facemill_z_map::SurfacePlace;
 use nalgebra::Vector3;
 
 use super::*;
@@ -10,6 +11,8 @@ fn places(at: &[[f64; 2]]) -> Vec<LeftPlace> {
         weight: 0.0,
         height,
         is_cut: true,
+        is_never_cut: false,
+        left: SurfacePlace { position: Point3::new(x, 0.0, 0.0), normal: Vector3::z_axis(), stock: height },
     };
     at.iter().map(place).collect()
 }

@@ -51,5 +51,5 @@ fn report(measured: &MaterialLeft, members: &[usize]) -> Option<LeftIslandReport
 }
 
 #[cfg(test)]
-#[path = "../tests/unit/left_islands.rs"]
+#[path = "../../tests/unit/remaining/left_islands.rs"]
 mod tests;
