@@ -1,4 +1,5 @@
-//! The sample job of a whole propeller: sides, roots, hub, fillets and edges, from the casting.
+//! The sample job of a whole propeller: sides, roots, hub, fillets, edges and tips, from the
+//! casting.
 
 use serde_json::{Value, json};
 
@@ -81,6 +82,17 @@ const END_WITHIN: [f64; 2] = [0.06, 0.23];
 /// Direction of the tool at the root of the upper edge: both of its halves are seen from there.
 const EDGE_ROOT_AXIS: AxisTo = AxisTo { at: [0.19, 0.19, 0.27], angle: 113.0, rise: 1.0 };
 
+/// Largest share of an operation's points that is left out.
+const MOST_TRIMMED: f64 = 0.1;
+
+/// Width of the tip on both sides of the line where both sides of the blade meet, over the radius
+/// of the tip.
+const TIP_WIDTH: f64 = 0.002;
+
+/// Point that the tool's axis goes to at the tip: outward and up. With a tool across the work the
+/// head meets the table.
+const TIP_AXIS: [f64; 3] = [3.8, 0.0, 2.8];
+
 /// Part of a fillet; lengths over the radius of the tip.
 struct FilletPart {
     name: &'static str,
@@ -118,8 +130,8 @@ const ABOVE_TABLE: f64 = 0.5;
 
 /// Returns the files of a job for a casting of DTMB 4119 with three tools: on each side, in a setup
 /// of its own, the face mill cuts the sides outward of their roots, a bull nose mill the roots and
-/// half of the hub between the blades, and a ball nose mill fillets and edges. `blades` are
-/// machined, from the first on; all if it is `None`.
+/// half of the hub between the blades, and a ball nose mill fillets and edges, in the second setup
+/// the tips, too. `blades` are machined, from the first on; all if it is `None`.
 ///
 /// # Errors
 /// If the diameter or the number of blades is out of range.
@@ -146,6 +158,8 @@ pub(crate) fn whole_propeller_job(diameter: f64, blades: Option<usize>) -> Resul
     }
     for operation in &mut operations {
         operation["pattern"]["copies"] = json!(blades);
+        // What points without a posture leave counts on the region, after all programs.
+        operation["infeasible"]["trim"]["max_trimmed_fraction"] = json!(MOST_TRIMMED);
     }
     job["operations"] = json!(operations);
     let tools = [("tool.json", sample.face_mill()), ("tool-2.json", bull_nose()), ("tool-3.json", ball_nose())];
@@ -168,6 +182,9 @@ fn setup(sample: &Sample<'_>, side: &str) -> Value {
         ["", "-leading-edge", "-trailing-edge", "-tip", "-fillet"].map(|part| format!("blade-1/{side}{part}")).into();
     groups.push("hub/cylinder".to_owned());
     groups.push(format!("blade-1/{}-{}", other(side), upper_edge(side)));
+    if side == SIDES[1] {
+        groups.push(format!("blade-1/{}-tip", other(side)));
+    }
     setup["meshes"][0]["groups"] = json!(groups);
     setup["table_from_work"]["translation_mm"][2] = json!(above_table(sample));
     // Tools between the blades point away from the axis: along them, they come out there.
@@ -217,7 +234,38 @@ impl Side<'_> {
         all.extend(fine);
         // Last, with the least material beside them.
         all.extend([self.fillet_rough(&end, &END), end, edge_root]);
+        if self.side == SIDES[1] {
+            all.extend(self.tip(&all[1]));
+        }
         all
+    }
+
+    /// Returns layers and finish of the tip, once both sides are cut.
+    fn tip(&self, finish: &Value) -> [Value; 2] {
+        let tip = self.sample.tip();
+        let groups = SIDES.map(|side| format!("blade-1/{side}-tip"));
+        let line = json!({ "between_groups": groups });
+        let strategy = json!({ "edge": { "width_mm": round_to(TIP_WIDTH * tip, 2), "line": line } });
+        let mut end = self.operation(finish, "tip", &strategy, &groups);
+        end["name"] = json!("tip");
+        end["path"]["strategy"]["min_pass_length_mm"] = json!(2.0);
+        end["search"]["tilt_deg"] = json!([10.0, 75.0]);
+        end["search"]["rotate_deg"] = json!([0.0, 90.0]);
+        end["search"]["max_turn_deg_per_mm"] = json!(1.0);
+        let position = TIP_AXIS.map(|c| round_to(c * tip, 1));
+        end["search"]["mode"] = json!({ "toward": { "point": { "position_mm": position } } });
+        let end = with_ends(end, 20.0, 40.0, 4.0);
+        let mut rough = self.rough(&end, "tip", 0.0);
+        rough["name"] = json!("tip rough");
+        if let Some(region) = rough["path"]["strategy"]["region"].as_object_mut() {
+            region.remove("extend_mm");
+        }
+        // The mills of the sides leave little there.
+        rough["layers"]["depth_mm"] = json!(self.sample.from());
+        for key in ["max_step_mm", "path_chord_mm"] {
+            rough["tolerances"][key] = end["tolerances"][key].clone();
+        }
+        [rough, end]
     }
 
     /// Returns an operation with a bull nose or ball nose mill.
@@ -239,7 +287,6 @@ impl Side<'_> {
         operation["feeds"] = json!({
             "cutting_mm_min": 1500.0, "approach_mm_min": 2000.0, "spindle_rpm": 2500.0, "coolant": "flood",
         });
-        operation["infeasible"]["trim"]["max_trimmed_fraction"] = json!(0.02);
         operation
     }
 

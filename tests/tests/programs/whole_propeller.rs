@@ -105,7 +105,7 @@ const PLACES: [[f64; 3]; 4] = [
     [1.0 / 6.0, 1.0 / 6.0, 2.0 / 3.0],
 ];
 
-/// Blades and the hub between them lie in the regions of finishing operations but for the tips, by
+/// Blades and the hub between them lie in the regions of finishing operations, by
 /// an own reading of mesh and job: nothing is forgotten.
 #[test]
 fn the_regions_of_a_whole_propeller_cover_the_wetted_surface() {
@@ -160,5 +160,5 @@ fn the_regions_of_a_whole_propeller_cover_the_wetted_surface() {
         }
     }
     assert!((1.1e6..1.2e6).contains(&wetted), "{wetted} mm2");
-    assert!(outside < 0.0006 * wetted, "{outside} of {wetted} mm2 in no operation");
+    assert!(outside < 0.0003 * wetted, "{outside} of {wetted} mm2 in no operation");
 }
