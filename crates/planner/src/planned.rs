@@ -69,8 +69,8 @@ impl Planned {
         }
     }
 
-    /// Returns the reasons why it does less than the job requires, after all programs of the job, in
-    /// words.
+    /// Returns the reasons why it does less than the job requires, after all programs of the job,
+    /// in words.
     pub fn incomplete_at_end(&self) -> Vec<String> {
         incomplete_at_end(&self.report, &self.left_at_end)
     }

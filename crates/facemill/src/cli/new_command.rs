@@ -66,7 +66,8 @@ pub(crate) enum NewPart {
         #[arg(long, value_name = "MM", default_value_t = 1000.0, allow_negative_numbers = true, value_parser = above_zero)]
         diameter_mm: f64,
     },
-    /// A marine propeller from its casting with three tools: sides, roots, hub, fillets, edges, tips
+    /// A marine propeller from its casting with three tools: sides, roots, hub, fillets, edges,
+    /// tips
     PropellerWhole {
         /// Folder to write to; it must be empty or not exist
         dir: PathBuf,

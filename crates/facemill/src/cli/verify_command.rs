@@ -90,8 +90,8 @@ pub(crate) struct VerifyArguments {
     /// default with --deviation: the largest height that the setup's operations may leave
     #[arg(long, value_name = "MM", allow_negative_numbers = true, value_parser = above_zero)]
     deviation_tolerance_mm: Option<f64>,
-    /// Setup of the job, by its name or number, that had nothing to cut: it has no part in a program
-    /// that changes tools. Can be given several times
+    /// Setup of the job, by its name or number, that had nothing to cut: it has no part in a
+    /// program that changes tools. Can be given several times
     #[arg(long, value_name = "SETUP")]
     without: Vec<String>,
     /// Output file for the results, as JSON

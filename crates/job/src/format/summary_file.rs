@@ -118,8 +118,8 @@ pub struct SetupSummary {
     pub faults: usize,
     /// Number of assumptions.
     pub assumptions: usize,
-    /// Reasons why the program by itself does less than the job requires, in words, also where later
-    /// programs do the rest. With `faults` it must not be run at all.
+    /// Reasons why the program by itself does less than the job requires, in words, also where
+    /// later programs do the rest. With `faults` it must not be run at all.
     pub incomplete_because: Vec<String>,
     /// Material that the written program leaves on the regions of its operations; `null` if the
     /// setup has none.
