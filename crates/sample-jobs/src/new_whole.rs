@@ -82,9 +82,6 @@ const END_WITHIN: [f64; 2] = [0.06, 0.23];
 /// Direction of the tool at the root of the upper edge: both of its halves are seen from there.
 const EDGE_ROOT_AXIS: AxisTo = AxisTo { at: [0.19, 0.19, 0.27], angle: 113.0, rise: 1.0 };
 
-/// Largest share of an operation's points that is left out.
-const MOST_TRIMMED: f64 = 0.1;
-
 /// Width of the tip on both sides of the line where both sides of the blade meet, over the radius
 /// of the tip.
 const TIP_WIDTH: f64 = 0.002;
@@ -158,8 +155,6 @@ pub(crate) fn whole_propeller_job(diameter: f64, blades: Option<usize>) -> Resul
     }
     for operation in &mut operations {
         operation["pattern"]["copies"] = json!(blades);
-        // What points without a posture leave counts on the region, after all programs.
-        operation["infeasible"]["trim"]["max_trimmed_fraction"] = json!(MOST_TRIMMED);
     }
     job["operations"] = json!(operations);
     let tools = [("tool.json", sample.face_mill()), ("tool-2.json", bull_nose()), ("tool-3.json", ball_nose())];
@@ -287,6 +282,7 @@ impl Side<'_> {
         operation["feeds"] = json!({
             "cutting_mm_min": 1500.0, "approach_mm_min": 2000.0, "spindle_rpm": 2500.0, "coolant": "flood",
         });
+        operation["infeasible"]["trim"]["max_trimmed_fraction"] = json!(0.02);
         operation
     }
 

@@ -74,7 +74,7 @@ fn spiral() -> Result<Vec<u8>> {
     changed(&path, |job| {
         job["name"] = json!("spiral around a boss");
         job["operations"][0]["path"]["strategy"]["strategy"] = json!({ "spiral": { "cylindrical_sections": {
-            "axis_direction": [0.0, 0.0, 1.0], "from_radius_mm": RING[0] + 1.0, "to_radius_mm": RING[1] - 1.0,
+            "axis_direction": [0.0, 0.0, 1.0], "from_radius_mm": RING[0] + 1.5, "to_radius_mm": RING[1] - 1.5,
         } } });
         job["operations"][0]["path"]["strategy"]["order"] = json!("decreasing");
         job["operations"][0]["tolerances"]["max_step_mm"] = json!(1.5);

@@ -137,8 +137,7 @@ pub(crate) fn run(arguments: &VerifyArguments) -> Result<ExitCode, Failure> {
 
 /// Returns whether a verified program has no fault.
 fn is_clean(file: &VerificationFile) -> bool {
-    let gouged = file.deviation.as_ref().is_some_and(|d| d.exceeds_gouge_limit);
-    file.verification.faults().next().is_none() && !gouged
+    is_clean_but_left(file) && file.verification.faults().next().is_none()
 }
 
 /// Returns whether a verified part has no fault but material that later parts may cut.

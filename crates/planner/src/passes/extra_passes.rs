@@ -452,9 +452,8 @@ impl<'a> Interposer<'_, 'a> {
                 step.norm() > SAME_PLACE && step.dot(&last.feed) > 0.0
             };
             if points.last().is_none_or(goes_on) {
-                points.extend(
-                    points.last().into_iter().flat_map(|last| self.within_gap(last, &between)).collect::<Vec<_>>(),
-                );
+                let within = points.last().map_or_else(Vec::new, |last| self.within_gap(last, &between));
+                points.extend(within);
                 points.push(between);
             }
         }

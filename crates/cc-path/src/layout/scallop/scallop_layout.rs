@@ -58,7 +58,7 @@ impl ScallopLayout {
             let borders = border_of(patch, |t| component[t as usize]);
             if borders.is_empty() {
                 return Err(PathError::SeedNowhere {
-                    seed: "that reaches a closed part of it; add one that cuts this part, or bound the region".into(),
+                    seed: "on a closed part that no seed reaches; add one that cuts it, or bound the region".into(),
                 });
             }
             let borders: Vec<_> = borders.into_iter().map(|p| (p, BaseKind::Border)).collect();
