@@ -35,6 +35,9 @@ pub struct DeviationRequest {
     pub tolerance: Option<f64>,
     /// Also write the part's surface in colours.
     pub painted: bool,
+    /// Counts as cut all that the setup's stock lost, in place of what the program takes alone:
+    /// after the last of several programs.
+    pub since_stock: bool,
 }
 
 /// Largest number of triangles of the surface for areas and colours: about 100 MB of GLB.

@@ -119,8 +119,8 @@ pub struct CutDone<const N: usize> {
     pub removals: Vec<BlockRemoval>,
     /// Lines of the blocks on which each head may reach stock that has no lines in the map.
     pub not_covered: [Vec<u32>; N],
-    /// The stock before the program, on lines of each direction, those along z first; none if no
-    /// deviation is requested.
+    /// The stock before the program, on lines of each direction, those along z first, or the
+    /// setup's own if the comparison is with that; none if no deviation is requested.
     pub before: Vec<DexelMap>,
     /// The stock after it, on lines along z.
     pub rest: DexelMap,
@@ -168,7 +168,13 @@ pub fn cut_stock<const N: usize>(
         [x, y] => [x, y, &rest].into_iter().zip(weights).map(|(map, weight)| weight * map.volume()).sum(),
         _ => rest.volume(),
     };
-    let before = if cut.deviation.is_some() { maps().cloned().collect() } else { Vec::new() };
+    let before = match &cut.deviation {
+        Some(deviation) if deviation.since_stock && across.is_empty() => {
+            vec![meshes.map_on(on.scene.job, on.scene.setup, &rest)?]
+        }
+        Some(_) => maps().cloned().collect(),
+        None => Vec::new(),
+    };
     let monitor = stages.start(CUT, program.blocks.len());
     let views = heads.map(|(on, settings)| (on.at, settings));
     let upright = run_stock_of_heads(program, views, &mut rest, cut.tolerance, &*monitor).map_err(not_verified)?;

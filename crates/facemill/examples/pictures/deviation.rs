@@ -36,7 +36,7 @@ pub(crate) fn deviation() -> Result<String> {
     let text = spoilt(std::str::from_utf8(&text.1)?);
     let request = VerifyRequest {
         cut: Some(CutRequest {
-            deviation: Some(DeviationRequest { tolerance: Some(0.06), painted: true }),
+            deviation: Some(DeviationRequest { tolerance: Some(0.06), painted: true, since_stock: false }),
             ..CutRequest::on_lines(0.5 * SIZE / CELLS as f64, 0.005)
         }),
         ..VerifyRequest::new(Path::new("program.nc"), job.post.dialect())

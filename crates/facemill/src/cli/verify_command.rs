@@ -17,8 +17,9 @@ use facemill::verification::remaining::open_regions::OpenRegion;
 use facemill::virtual_machine::{BetweenPositions, EstimatedPositions, FindingKind, Verification};
 use facemill::z_map::DexelMap;
 use facemill::{
-    CutRequest, DeviationRequest, Failure, Job, StockRegion, Verified, VerifyRequest, files, read_rest, verify_program,
+    CutRequest, DeviationRequest, Failure, Job, StockRegion, VerifyRequest, files, read_rest, verify_program,
 };
+use serde::Serialize;
 
 use crate::cli::arguments::ad_hoc_setup::StandArguments;
 use crate::cli::arguments::called_files::expand_in_place;
@@ -116,8 +117,7 @@ pub(crate) fn run(arguments: &VerifyArguments) -> Result<ExitCode, Failure> {
     let ProgramOfJob { job, setup, dialect, text, .. } = read;
     let rest = arguments.rest.as_ref().map(|path| read_rest(&job, setup, path)).transpose()?;
     let request = request_of(arguments, (setup, None), cut_of(arguments, rest)?, dialect);
-    let paths = [&arguments.out, &arguments.rest_mesh, &arguments.rest_out, &arguments.deviation];
-    files::check_outputs(paths.into_iter().flatten().map(PathBuf::as_path))?;
+    check_outputs(arguments)?;
     let mut verified = verify_program(&job, &text, &request, &Progress::new(false))?;
     verified.complete(arguments.stand.assumptions(arguments.program.dialect));
     if let Some(called) = &called {
@@ -126,13 +126,18 @@ pub(crate) fn run(arguments: &VerifyArguments) -> Result<ExitCode, Failure> {
     let file = &verified.file;
     let clean = is_clean(file);
     let text = verification_text(file);
-    let outputs = outputs(arguments, verified)?;
+    let outputs = outputs(arguments, &verified.file, (verified.rest, verified.painted))?;
     if !crate::cli::progress::start_writing() {
         return Err(Failure::Interrupted);
     }
     files::write_each(&outputs)?;
     say(&text)?;
     Ok(if clean { ExitCode::SUCCESS } else { ExitCode::from(1) })
+}
+
+fn check_outputs(arguments: &VerifyArguments) -> Result<(), Failure> {
+    let paths = [&arguments.out, &arguments.rest_mesh, &arguments.rest_out, &arguments.deviation];
+    files::check_outputs(paths.into_iter().flatten().map(PathBuf::as_path))
 }
 
 /// Returns whether a verified program has no fault.
@@ -168,13 +173,7 @@ fn run_sections(
 ) -> Result<ExitCode, Failure> {
     let ProgramOfJob { mut job, setups, dialect, text, .. } = read;
     let path = &arguments.program.program;
-    let of_one = [("--deviation", &arguments.deviation), ("--rest-mesh", &arguments.rest_mesh)];
-    if let Some((option, _)) = of_one.into_iter().find(|(_, file)| file.is_some()) {
-        let message = format!("{option} is for the program of one tool; choose it with --setup");
-        return Err(Failure::input(path, message));
-    }
-    let outputs = [&arguments.out, &arguments.rest_out];
-    files::check_outputs(outputs.into_iter().flatten().map(PathBuf::as_path))?;
+    check_outputs(arguments)?;
     if arguments.stock_across {
         return Err(Failure::input(path, "--stock-across is for the program of one tool; choose it with --setup"));
     }
@@ -187,6 +186,7 @@ fn run_sections(
         region => region,
     };
     let mut rest = arguments.rest.as_ref().map(|rest| read_rest(&job, setups.start, rest)).transpose()?;
+    let mut painted = None;
     let (mut texts, mut results, mut clean) = (String::new(), Vec::new(), true);
     let without = without_part(arguments, &job, setups.clone())?;
     let has_part = |setup: &usize| !without.contains(setup);
@@ -201,6 +201,8 @@ fn run_sections(
         let Some(setup) = left.find(|&s| Some(job.for_setup(s).tool.number()) == tool).or(first) else {
             texts += &format!("tool change {} of {}: A TOOL TOO MANY, T{}\n", k + 1, sections.len(), tool.unwrap_or(0));
             clean = false;
+            // What the whole program leaves is not known.
+            rest = None;
             break;
         };
         for skipped in next..setup {
@@ -212,8 +214,13 @@ fn run_sections(
         }
         next = setup + 1;
         let mut cut = cut_of(arguments, rest.take())?;
-        if let Some(cut) = cut.as_mut().filter(|cut| cut.rest.is_none()) {
-            cut.region = region;
+        if let Some(cut) = &mut cut {
+            if cut.rest.is_none() {
+                cut.region = region;
+            }
+            // The stock behind all parts is compared, with what the job's stock was.
+            let compared = cut.deviation.take().filter(|_| k + 1 == sections.len());
+            cut.deviation = compared.map(|compared| DeviationRequest { since_stock: true, ..compared });
         }
         let request = request_of(arguments, (setup, Some(k)), cut, dialect);
         let mut verified = verify_program(&job, &text, &request, &Progress::new(false))?;
@@ -231,7 +238,7 @@ fn run_sections(
         open.push((setup, std::mem::take(&mut verified.open_regions)));
         texts += &verification_text(&verified.file);
         results.push(verified.file);
-        rest = verified.rest;
+        (rest, painted) = (verified.rest, verified.painted);
         job.programs.add_section(setup, (path.clone(), text.clone()), dialect, k);
     }
     for missing in (next..setups.end).filter(has_part) {
@@ -249,13 +256,17 @@ fn run_sections(
         texts += &format!("  {}: {}\n", if left.is_kept() { "finished" } else { "NOT FINISHED" }, left.in_words());
         clean &= left.is_kept();
     }
-    let mut made: Vec<(&Path, Vec<u8>)> = Vec::new();
-    if let Some(out) = &arguments.out {
-        made.push((out, facemill::file_format::to_json(&results).into_bytes()));
+    let of_stock = [
+        ("--rest-out", &arguments.rest_out, rest.is_some()),
+        ("--rest-mesh", &arguments.rest_mesh, rest.is_some()),
+        ("--deviation", &arguments.deviation, painted.is_some()),
+    ];
+    for (option, file, is_known) in of_stock {
+        if let Some(file) = file.as_ref().filter(|_| !is_known) {
+            texts += &format!("{option} {}: NOT WRITTEN, the program was not run to its end\n", file.display());
+        }
     }
-    if let (Some(out), Some(rest)) = (&arguments.rest_out, rest) {
-        made.push((out, rest.to_bytes()));
-    }
+    let made = outputs(arguments, &results, (rest, painted))?;
     if !crate::cli::progress::start_writing() {
         return Err(Failure::Interrupted);
     }
@@ -284,11 +295,14 @@ fn request_of<'a>(
 }
 
 /// Returns all requested files in full: one that cannot be made must not leave others behind.
-fn outputs(arguments: &VerifyArguments, verified: Verified) -> Result<Vec<(&Path, Vec<u8>)>, Failure> {
-    let Verified { file, rest, painted, .. } = verified;
+fn outputs<'a>(
+    arguments: &'a VerifyArguments,
+    results: &impl Serialize,
+    (rest, painted): (Option<DexelMap>, Option<Vec<u8>>),
+) -> Result<Vec<(&'a Path, Vec<u8>)>, Failure> {
     let mut outputs: Vec<(&Path, Vec<u8>)> = Vec::new();
     if let Some(out) = &arguments.out {
-        outputs.push((out, facemill::file_format::to_json(&file).into_bytes()));
+        outputs.push((out, facemill::file_format::to_json(results).into_bytes()));
     }
     if let (Some(out), Some(rest)) = (&arguments.rest_mesh, &rest) {
         outputs.push((out, mesh_bytes(out, rest)?));
@@ -309,6 +323,7 @@ fn cut_of(arguments: &VerifyArguments, rest: Option<DexelMap>) -> Result<Option<
     let deviation = is_compared.then_some(DeviationRequest {
         tolerance: arguments.deviation_tolerance_mm,
         painted: arguments.deviation.is_some(),
+        since_stock: false,
     });
     if let Some(rest) = rest {
         let cell = rest.grid().cell();

@@ -99,6 +99,17 @@ impl StockMeshes {
         Ok(map.with_origin(self.origin().to_bytes()))
     }
 
+    /// Returns the same on the lines of another map of this stock, such as what programs left of
+    /// it.
+    ///
+    /// # Errors
+    /// As [`map`](Self::map).
+    pub fn map_on(&self, job: &Job, setup: &Setup<'_>, lines: &DexelMap) -> Result<DexelMap, Failure> {
+        self.made(job, setup, lines.grid().cell(), |is_closed| {
+            DexelMap::of_mesh_on(&self.mesh, lines.grid(), (self.allowance, is_closed))
+        })
+    }
+
     /// Returns the same on lines along x and along y of the workpiece frame, of all of the stock.
     ///
     /// # Errors
@@ -120,11 +131,22 @@ impl StockMeshes {
         (cell, region): (f64, StockRegion),
     ) -> Result<DexelMap, Failure> {
         let (mesh, allowance) = (&self.mesh, self.allowance + layer);
-        let made = |is_closed: bool| match rectangle(job, setup, region) {
+        self.made(job, setup, cell, |is_closed| match rectangle(job, setup, region) {
             Some(region) => DexelMap::of_mesh_within(mesh, frame, cell, (allowance, is_closed), region),
             None if is_closed => DexelMap::of_mesh_with_allowance(mesh, frame, cell, allowance),
             None => DexelMap::of_layer(mesh, frame, cell, allowance),
-        };
+        })
+    }
+
+    /// Returns the lines that `made` returns for a solid, or for a layer on open surfaces, with
+    /// their faults in words.
+    fn made(
+        &self,
+        job: &Job,
+        setup: &Setup<'_>,
+        cell: f64,
+        made: impl Fn(bool) -> Result<DexelMap, MeshStockError>,
+    ) -> Result<DexelMap, Failure> {
         let found = match made(true) {
             // A layer on open surfaces; of a solid that is not closed the inside is not known.
             Err(MeshStockError::NotClosed { .. }) if self.allowance > 0.0 => made(false),

@@ -145,6 +145,23 @@ impl DexelMap {
         Self::of_triangles(mesh, work_from_map, cell, (allowance, is_closed), Some(region))
     }
 
+    /// [`DexelMap::of_mesh_with_allowance`], or [`DexelMap::of_layer`] where `is_closed` is false,
+    /// on the lines of another map: stock to compare that map with. Material beside its lines is
+    /// not represented.
+    ///
+    /// # Errors
+    /// As for those, but for lengths and sizes of the lattice.
+    pub fn of_mesh_on(
+        mesh: &TriMesh,
+        grid: &DexelGrid,
+        (allowance, is_closed): (f64, bool),
+    ) -> Result<Self, MeshStockError> {
+        if !(allowance >= 0.0 && allowance.is_finite()) {
+            return Err(MeshStockError::BadAllowance { allowance });
+        }
+        Self::on_lines(&mesh.transformed(&grid.work_from_map().inverse()), *grid, (allowance, is_closed))
+    }
+
     fn of_triangles(
         mesh: &TriMesh,
         work_from_map: &Isometry3<f64>,
@@ -167,17 +184,22 @@ impl DexelMap {
                 return Err(MeshStockError::BadRegion { region: [from, to], low: whole.min, high: whole.max });
             }
         }
-        let grid = DexelGrid::over(work_from_map, low, high, cell)?;
-        let reach = bounds.min.coords.amax().max(bounds.max.coords.amax()) + allowance + cell;
+        Self::on_lines(&moved, DexelGrid::over(work_from_map, low, high, cell)?, (allowance, is_closed))
+    }
+
+    /// Fills the lines of a lattice with a mesh in the map's frame.
+    fn on_lines(moved: &TriMesh, grid: DexelGrid, (allowance, is_closed): (f64, bool)) -> Result<Self, MeshStockError> {
+        let bounds = moved.aabb();
+        let reach = bounds.min.coords.amax().max(bounds.max.coords.amax()) + allowance + grid.cell();
         if reach.is_nan() || reach > MAX_REACH {
             return Err(MeshStockError::TooFar { reach });
         }
         let mut map = Self::empty(grid);
-        let bins = bins(&map, &moved, allowance);
+        let bins = bins(&map, moved, allowance);
         let tiles_x = map.tiles_x();
         let cast = |(k, tile): (usize, &mut Tile)| {
             let (i0, j0) = (k % tiles_x * SIDE, k / tiles_x * SIDE);
-            Cast { grid: &grid, i0, j0, is_closed }.fill(tile, &moved, &bins[k], allowance)
+            Cast { grid: &grid, i0, j0, is_closed }.fill(tile, moved, &bins[k], allowance)
         };
         let results: Vec<_> = map.tiles.par_iter_mut().enumerate().map(cast).collect();
         results.into_iter().collect::<Result<(), _>>()?;

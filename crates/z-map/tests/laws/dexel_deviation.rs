@@ -213,6 +213,31 @@ fn deviations_lie_between_distance_and_way_along_the_line() {
     assert_eq!(deviation.near(&(turn * Point3::new(1.0, 1.0, 0.0)), &Vector3::z()), None);
 }
 
+/// Stock that moves with what is left of it has the same cuts: none where nothing was cut, and all
+/// that was, on the lines in the new frame.
+#[test]
+fn stock_is_made_anew_on_the_lines_of_a_map_that_was_moved() {
+    let part = plate();
+    let [before, now] = milled(&part, &leaning(0.2), 0.7);
+    let motion = Isometry3::new(Vector3::new(31.7, -4.1, 200.3), Vector3::new(3.0, 0.2, -0.4));
+    let moved = surface(part.mesh().transformed(&motion));
+    let again = |lines: &DexelMap| DexelMap::of_mesh_on(moved.mesh(), lines.grid(), (0.5, true)).unwrap();
+    let (uncut, left) = (before.clone().moved(&motion), now.clone().moved(&motion));
+    assert!((again(&uncut).volume() / before.volume() - 1.0).abs() < 1e-7);
+    let nothing = uncut.deviation(&again(&uncut), &moved, &Silent).unwrap();
+    assert!(nothing.places().count() > 1000 && nothing.places().all(|place| !place.is_cut));
+    let here = now.deviation(&before, &part, &Silent).unwrap();
+    let there = left.deviation(&again(&left), &moved, &Silent).unwrap();
+    let cut = |of: &Deviation<'_>| of.places().map(|place| place.is_cut).collect::<Vec<_>>();
+    assert!(cut(&here).contains(&true) && cut(&here).contains(&false));
+    assert_eq!(cut(&here), cut(&there));
+    // An open surface has a layer, and a solid needs a closed one.
+    let open = TriMesh::new(part.mesh().vertices().to_vec(), part.mesh().triangles()[2..].to_vec()).unwrap();
+    assert!(DexelMap::of_mesh_on(&open, before.grid(), (0.5, true)).is_err());
+    assert!(DexelMap::of_mesh_on(&open, before.grid(), (0.5, false)).is_ok_and(|map| map.volume() > 0.0));
+    assert!(DexelMap::of_mesh_on(&open, before.grid(), (-0.5, false)).is_err());
+}
+
 /// Cancels at once.
 struct CancelAtOnce;
 

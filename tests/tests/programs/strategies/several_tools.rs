@@ -123,6 +123,8 @@ fn operations_of_two_tools_in_one_job_are_those_of_two_jobs() {
     let done = verify(second, "top 2 small", true);
     assert!(done.code == 0, "{}{}", done.printed, done.errors);
 
+    assert_compared_at_the_end(&together);
+
     // A program in the place of the other has the wrong tool, and so has one that calls the other.
     let wrong = verify("out/program-top-1-large.nc", "2", true);
     assert!(wrong.code == 1 && wrong.prints(&["tool", "T1"]), "{}{}", wrong.printed, wrong.errors);
@@ -143,6 +145,45 @@ fn operations_of_two_tools_in_one_job_are_those_of_two_jobs() {
     together.write("out/job-report.json", other.as_bytes());
     let refused = report_again();
     assert!(refused.is_refused_for(&["job-report.json", "describes another program"]), "{}", refused.errors);
+}
+
+/// Runs `facemill verify` with these words, apart by spaces; `@` stands for the job's folder.
+fn verify_in(job: &JobFolder, words: &str) -> CommandOutput {
+    let folder = job.path("").display().to_string();
+    let words = format!("verify {words} --job @job.json").replace('@', &folder);
+    let output = run(&words.split_whitespace().collect::<Vec<_>>());
+    let (code, errors) = code_and_errors(&output);
+    CommandOutput { code, printed: String::from_utf8(output.stdout).expect("text"), errors }
+}
+
+/// Asserts that the stock behind a program of all tools is that behind the programs of each, and
+/// that its comparison with the part counts all that both cut.
+fn assert_compared_at_the_end(job: &JobFolder) {
+    let verify = |words: &str| {
+        let done = verify_in(job, words);
+        assert_eq!(done.code, 0, "{words}: {}{}", done.printed, done.errors);
+        done
+    };
+    let (cell, compared) = ("--stock-cell-mm 0.5 --stock-tolerance-mm 0.002", "--deviation-tolerance-mm 0.1");
+    let joined =
+        verify(&format!("@out/program.nc {cell} {compared} --deviation @all.glb --rest-out @all.rest -o @all.json"));
+    assert!(joined.prints(&["deviation         within tolerance to 0.100 mm"]), "{}", joined.printed);
+    verify(&format!("@out/program-top-1-large.nc --setup 1 {cell} --rest-out @first.rest"));
+    let second = "@out/program-top-2-small.nc --setup 2 --after 1=@out/program-top-1-large.nc --rest @first.rest";
+    verify(&format!("{second} {compared} --stock-tolerance-mm 0.002 --rest-out @second.rest -o @second.json"));
+    let bytes = |name: &str| std::fs::read(job.path(name)).unwrap_or_else(|e| panic!("{name}: {e}"));
+    assert!(bytes("all.rest") == bytes("second.rest") && bytes("all.glb").starts_with(b"glTF"));
+    let (all, second) = (job.json("all.json"), job.json("second.json"));
+    let parts = all.as_array().expect("a list");
+    assert!(parts.len() == 2 && parts[0]["deviation"].is_null());
+    let area = |of: &Value, kind: &str| of["deviation"]["part"]["area_mm2"][kind].as_f64().expect("an area");
+    let kinds = ["within", "gouged", "excess", "not_reached", "no_stock", "not_measured"];
+    let [of_all, of_second] = [&parts[1], &second].map(|of| kinds.map(|kind| area(of, kind)));
+    let [sum, same] = [of_all, of_second].map(|areas| areas.iter().sum::<f64>());
+    assert!((sum - same).abs() < 1e-6 * sum, "{of_all:?} {of_second:?}");
+    assert_eq!((of_all[1], of_all[4], of_all[5]), (of_second[1], of_second[4], of_second[5]));
+    // The small mill alone has cut the band in the middle, both of them three times as much.
+    assert!(of_all[0] > 1.5 * of_second[0] && of_all[3] < of_second[3], "{of_all:?} {of_second:?}");
 }
 
 #[test]
@@ -374,6 +415,7 @@ fn the_first_tool_comes_again_and_each_clamping_has_its_program() {
         let output = run(&words);
         assert_eq!(code_and_errors(&output).0, 0, "{}", String::from_utf8_lossy(&output.stdout));
     }
+    assert_handed_on(&job);
     assert_job_report(&job, &planned);
     assert_described(&job);
     // A batch has a task for each tool of each setup.
@@ -389,6 +431,30 @@ fn the_first_tool_comes_again_and_each_clamping_has_its_program() {
     let planned = facemill_in(&job, &format!("plan job.json --no-html --out {}", out.display()));
     assert!(planned.code == 0 && planned.prints(&["not written", "LBL 99"]), "{}{}", planned.printed, planned.errors);
     assert!(!out.join("program-top.h").exists() && !out.join("program-again.h").exists());
+}
+
+/// Asserts that the second clamping begins with the stock of the first one, and that the program of
+/// all tools of the first is to it as those of each.
+fn assert_handed_on(job: &JobFolder) {
+    let verify = |words: &str| verify_in(job, words);
+    let first = verify("@out/program-top.h --setup top --stock-cell-mm 1 --rest-out @top.rest");
+    assert_eq!(first.code, 0, "{}{}", first.printed, first.errors);
+    let second = "@out/program-again.h --setup again --rest @top.rest --deviation-tolerance-mm 0.1";
+    let all = verify(&format!("{second} --after top=@out/program-top.h -o @all.json"));
+    assert_eq!(all.code, 0, "{}{}", all.printed, all.errors);
+    let each = ["1-mill", "2-finer", "3-mill"].map(|of| format!("--after {}=@out/program-top-{of}.h", &of[..1]));
+    let each = verify(&format!("{second} {} -o @each.json", each.join(" ")));
+    assert_eq!(each.code, 0, "{}{}", each.printed, each.errors);
+    assert_eq!(read(job, "all.json").replace("all.json", "each.json"), read(job, "each.json"));
+    let parts = job.json("all.json");
+    let part = parts[1]["deviation"]["part"]["area_mm2"].as_object().expect("areas of the part");
+    let area = |kind: &str| part[kind].as_f64().expect("an area");
+    assert!(area("within") > 0.0 && area("gouged") == 0.0, "{part:?}");
+    // A tool too many, and a program that is not there.
+    let wrong = verify(&format!("{second} --after again=@out/program-top.h"));
+    assert!(wrong.is_refused_for(&["program-top.h", "tool change 3 calls T1"]), "{}", wrong.errors);
+    let absent = verify(&format!("{second} --after top=@out/none.h"));
+    assert!(absent.is_refused_for(&["none.h"]), "{}", absent.errors);
 }
 
 /// A face 20 mm by 10 mm that looks down, at x from 0 on.

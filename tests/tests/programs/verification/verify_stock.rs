@@ -121,7 +121,7 @@ fn verified_for(
     let request = VerifyRequest {
         gouge_limit: Some(0.05),
         cut: Some(CutRequest {
-            deviation: Some(DeviationRequest { tolerance, painted: true }),
+            deviation: Some(DeviationRequest { tolerance, painted: true, since_stock: false }),
             ..CutRequest::on_lines(cell, 0.002)
         }),
         ..VerifyRequest::new(Path::new("program.nc"), dialect)

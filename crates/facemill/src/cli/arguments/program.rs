@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use facemill::called_program::CalledProgram;
 use facemill::cl_file::is_cl_file;
-use facemill::nc_program::Dialect;
+use facemill::nc_program::{Dialect, ReadProgram};
 use facemill::{Failure, Job, files, no_program};
 
 use crate::cli::arguments::ad_hoc_setup::StandArguments;
@@ -29,8 +29,9 @@ pub(crate) struct ProgramArguments {
     /// with all of them, a name such as "up 1 mill" for that of one
     #[arg(long, value_name = "SETUP")]
     setup: Option<String>,
-    /// Program that runs before this one, as the name or number of its setup and the file. Regions
-    /// of `operations_before` need all of them
+    /// Program that runs before this one, as the name or number of its setup and the file; for a
+    /// setup with several tools also its name and the program with all of them. Regions of
+    /// `operations_before` need all of them
     #[arg(long, value_name = "SETUP=FILE")]
     after: Vec<String>,
     /// Control of the program: fanuc, haas, mazak, linuxcnc, siemens_840d, heidenhain; default: the
@@ -73,11 +74,41 @@ impl ProgramArguments {
         let mut job = job;
         let dialect = self.dialect.unwrap_or_else(|| job.post.dialect());
         for after in &self.after {
-            let other = self.other_program(&job, "after", after)?;
-            job.programs.add(other.setup, Some((other.path, other.text)), dialect);
+            self.add_before(&mut job, after, dialect)?;
         }
         let text = read_nc(&self.program)?;
         Ok(ProgramOfJob { job, setup: setups.start, setups, dialect, text })
+    }
+}
+
+impl ProgramArguments {
+    /// Adds a program that runs before, SETUP=FILE, to those of the job: of a setup with several
+    /// tools each part as the program of its tool.
+    fn add_before(&self, job: &mut Job, value: &str, dialect: Dialect) -> Result<(), Failure> {
+        let of_all = value.split_once('=').map(|(of, _)| setups_of(job, Some(of))).transpose()?;
+        let Some(setups) = of_all.filter(|setups| setups.len() > 1) else {
+            let OtherProgram { setup, path, text, .. } = self.other_program(job, "after", value)?;
+            job.programs.add(setup, Some((path, text)), dialect);
+            return Ok(());
+        };
+        let path = PathBuf::from(value.split_once('=').map_or("", |(_, file)| file));
+        let OtherProgram { text, .. } = OtherProgram::new(job, (setups.start, path.clone()), read_nc(&path)?, dialect)?;
+        let program = job.read_program(&text, dialect).map_err(|e| Failure::input(&path, e))?;
+        let parts: Vec<Option<u32>> =
+            job.parts_of(&program, setups.start).iter().map(ReadProgram::called_tool).collect();
+        // What has no part cuts nothing.
+        setups.clone().for_each(|setup| job.programs.add(setup, None, dialect));
+        let mut left = setups;
+        for (k, tool) in parts.into_iter().enumerate() {
+            let Some(setup) = left.find(|&setup| Some(job.for_setup(setup).tool.number()) == tool) else {
+                let called = tool.map_or_else(|| "no tool".to_owned(), |tool| format!("T{tool}"));
+                let why =
+                    format!("--after {value}: its tool change {} calls {called}, which no setup has there", k + 1);
+                return Err(Failure::input(&path, why));
+            };
+            job.programs.add_section(setup, (path.clone(), text.clone()), dialect, k);
+        }
+        Ok(())
     }
 }
 

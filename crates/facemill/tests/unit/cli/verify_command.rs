@@ -30,7 +30,7 @@ fn what_needs_a_cut_stock_says_so() {
     assert!(cut(&[]).expect("nothing is requested").is_none());
     let both = cut(&["--stock-cell-mm", "1", "--deviation", "a.glb", "--deviation-tolerance-mm", "0.1"]);
     let requested = both.expect("fine").and_then(|c| c.deviation);
-    assert_eq!(requested, Some(DeviationRequest { tolerance: Some(0.1), painted: true }));
+    assert_eq!(requested, Some(DeviationRequest { tolerance: Some(0.1), painted: true, since_stock: false }));
 }
 
 #[test]

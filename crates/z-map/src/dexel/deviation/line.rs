@@ -18,6 +18,16 @@ enum Far {
     Nowhere,
 }
 
+impl Far {
+    /// Returns whether something was cut between the one and the other.
+    fn differs_from(self, before: Self) -> bool {
+        match (self, before) {
+            (Self::Stock(now), Self::Stock(then)) => (now - then).abs() > SAME_HEIGHT,
+            (now, then) => now != then,
+        }
+    }
+}
+
 /// One line of both maps.
 pub(crate) struct LinePair<'a> {
     pub part: &'a Surface,
@@ -47,7 +57,7 @@ impl LinePair<'_> {
             }
             Far::Nowhere => f64::NEG_INFINITY,
         };
-        Record { height, deviation, triangle, is_cut: now != far(&self.before) }
+        Record { height, deviation, triangle, is_cut: now.differs_from(far(&self.before)) }
     }
 
     /// Distance of a height on the line from the part's surface that looks the same way as a

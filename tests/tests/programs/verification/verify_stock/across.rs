@@ -38,7 +38,7 @@ fn run(job: &JobFolder, across: bool, region: StockRegion) -> Result<Verified, F
 }
 
 fn run_text(job: &JobFolder, text: &str, across: bool, region: StockRegion) -> Result<Verified, Failure> {
-    let deviation = Some(DeviationRequest { tolerance: Some(0.04), painted: false });
+    let deviation = Some(DeviationRequest { tolerance: Some(0.04), painted: false, since_stock: false });
     let cut = CutRequest { region, across, deviation, ..CutRequest::on_lines(CELL, 0.002) };
     let request = VerifyRequest {
         gouge_limit: Some(0.05),
