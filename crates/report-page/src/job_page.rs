@@ -3,7 +3,9 @@
 use std::collections::BTreeSet;
 
 use facemill_job::duration_text::clock;
-use facemill_job::format::job_report::{ClampingReport, JobReport, PlacementReport, PoseReport, ToolProgramReport};
+use facemill_job::format::job_report::{
+    ClampingReport, CuspsAtEnd, JobReport, PlacementReport, PoseReport, ToolProgramReport,
+};
 use facemill_job::format::report::outcome::Outcome;
 
 use crate::format::PAGE_FORMAT;
@@ -129,18 +131,7 @@ fn left_section(report: &JobReport) -> String {
     for left in &report.left_at_end {
         let highest =
             left.highest_at_end.map_or_else(|| "none above".to_owned(), |place| format!("{:.3}", place.height_mm));
-        let mut notes: Vec<String> = left
-            .cusps
-            .iter()
-            .map(|cusps| {
-                let state = if cusps.kept {
-                    "within the limit at the end"
-                } else {
-                    "not known to be within the limit at the end"
-                };
-                format!("predicted cusps at {} points, {state}", cusps.points)
-            })
-            .collect();
+        let mut notes: Vec<String> = left.cusps.iter().map(CuspsAtEnd::in_words).collect();
         notes.push(match left.lowered_by.as_slice() {
             [] => "no later program cuts deeper on it".to_owned(),
             setups => format!("cut deeper by {}", setups.join(", ")),

@@ -1,6 +1,8 @@
 //! Format of the report on a job with several programs, `"format": "facemill-job-report/1"`: all of
 //! its clampings and tools in their order.
 
+use std::fmt::{self, Display, Formatter};
+
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -94,6 +96,29 @@ pub struct CuspsAtEnd {
     /// Whether later programs are measured to keep the cusp beside all of them; of more than 4,000
     /// points, whether they cut all of the region deeper.
     pub kept: bool,
+    /// Largest cusp permitted, mm.
+    pub limit_mm: f64,
+    /// Highest of the places beside them after all programs; `null` of more than 4,000 points, and
+    /// where there is no place.
+    pub highest_at_end: Option<LeftAtEndPlace>,
+}
+
+impl CuspsAtEnd {
+    /// Describes it in words.
+    #[must_use]
+    pub fn in_words(&self) -> String {
+        let Self { points, kept, limit_mm, highest_at_end } = self;
+        let state = if *kept { "within" } else { "not known to be within" };
+        let highest = highest_at_end.map_or_else(String::new, |highest| format!(", highest beside them {highest}"));
+        format!("predicted cusps at {points} points are {state} {limit_mm:.3} mm after all programs{highest}")
+    }
+}
+
+impl Display for LeftAtEndPlace {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        let [x, y, z] = self.at_mm;
+        write!(f, "{:.3} mm at ({x:.1}, {y:.1}, {z:.1})", self.height_mm)
+    }
 }
 
 impl LeftAtEnd {
@@ -114,10 +139,7 @@ impl LeftAtEnd {
         };
         let mut parts = Vec::new();
         if self.exceeded {
-            let highest = self.highest_at_end.map_or_else(String::new, |highest| {
-                let [x, y, z] = highest.at_mm;
-                format!(", up to {:.3} mm at ({x:.1}, {y:.1}, {z:.1})", highest.height_mm)
-            });
+            let highest = self.highest_at_end.map_or_else(String::new, |highest| format!(", up to {highest}"));
             parts.push(format!(
                 "{:.2} % above {limit_mm:.3} mm after its own program, {:.2} % after all (allowed {:.2} %){highest}; {:.2} % never cut \
                  (allowed {:.2} %)",
@@ -128,10 +150,7 @@ impl LeftAtEnd {
                 percent(allowed.max_never_cut_fraction)
             ));
         }
-        parts.extend(self.cusps.map(|CuspsAtEnd { points, kept }| {
-            let state = if kept { "within the limit" } else { "not known to be within the limit" };
-            format!("predicted cusps at {points} points are {state} after all programs")
-        }));
+        parts.extend(self.cusps.map(|cusps| cusps.in_words()));
         format!("{setup}, operation \"{operation}\": {}; {by}", parts.join("; "))
     }
 }

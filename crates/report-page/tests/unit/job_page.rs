@@ -214,7 +214,12 @@ fn the_page_lists_what_later_programs_do_not_lower() {
         above_at_end: 0.125,
         never_cut_at_end: 0.0625,
         highest_at_end: Some(LeftAtEndPlace { height_mm: 0.75, at_mm: [1.0, 2.0, 3.0] }),
-        cusps: Some(CuspsAtEnd { points: 7, kept: true }),
+        cusps: Some(CuspsAtEnd {
+            points: 7,
+            kept: true,
+            limit_mm: 0.1,
+            highest_at_end: Some(LeftAtEndPlace { height_mm: 0.0625, at_mm: [4.0, 5.0, 6.0] }),
+        }),
         lowered_by: vec!["up 2".to_owned(), "up 3".to_owned()],
         exceeded_at_end: true,
     };
@@ -227,7 +232,10 @@ fn the_page_lists_what_later_programs_do_not_lower() {
         assert!(page.contains(part), "{part}: {page}");
     }
     assert!(
-        page.contains("predicted cusps at 7 points, within the limit at the end; cut deeper by up 2, up 3<"),
+        page.contains(
+            "predicted cusps at 7 points are within 0.100 mm after all programs, highest beside them 0.062 mm at \
+             (4.0, 5.0, 6.0); cut deeper by up 2, up 3<"
+        ),
         "{page}"
     );
     assert!(page.contains(">0.00 %</td>") && page.contains(">none above</td>") && page.contains(">yes</td>"), "{page}");

@@ -42,6 +42,8 @@ struct OpenPlace {
 #[derive(Clone, Debug)]
 pub struct OpenCusps {
     points: usize,
+    /// Largest cusp permitted, mm.
+    cusp: f64,
     /// Height at most left on the places where the cusps are kept, mm.
     limit: f64,
     /// The places, with the heights left on them.
@@ -50,6 +52,8 @@ pub struct OpenCusps {
     is_known: bool,
     /// Whether a later program has cut deeper on one of them.
     is_lowered: bool,
+    /// Whether the places have the heights left on them, rather than [`UNCUT`].
+    has_heights: bool,
 }
 
 /// Height that places have at least, so that a later program has to cut them to make them low, mm.
@@ -60,7 +64,7 @@ impl OpenCusps {
     /// show all that may stay.
     #[must_use]
     pub fn beside(points: usize, cusp: f64, on: Vec<SurfacePlace>, is_known: bool) -> Self {
-        Self { points, limit: cusp, on, is_known, is_lowered: false }
+        Self { points, cusp, limit: cusp, on, is_known, is_lowered: false, has_heights: true }
     }
 
     /// Returns cusps beside so many points that they are not measured one by one: they are kept
@@ -69,13 +73,25 @@ impl OpenCusps {
     #[must_use]
     pub fn all_over(points: usize, cusp: f64, region: &[LeftPlace], is_known: bool) -> Self {
         let uncut = |place: &LeftPlace| SurfacePlace { stock: place.left.stock.max(UNCUT), ..place.left };
-        Self::beside(points, ACCURACY.min(cusp), region.iter().map(uncut).collect(), is_known)
+        let on = region.iter().map(uncut).collect();
+        Self { limit: ACCURACY.min(cusp), has_heights: false, ..Self::beside(points, cusp, on, is_known) }
     }
 
     /// Returns whether later programs keep the cusps; without a place nothing is known.
     fn are_kept(&self) -> bool {
         let is_low = |on: &SurfacePlace| on.stock <= self.limit;
         self.is_known && self.is_lowered && !self.on.is_empty() && self.on.iter().all(is_low)
+    }
+
+    fn at_end(&self) -> CuspsAtEnd {
+        let higher = |a: SurfacePlace, b: SurfacePlace| if b.stock > a.stock { b } else { a };
+        let highest = self.on.iter().copied().filter(|_| self.has_heights).reduce(higher);
+        CuspsAtEnd {
+            points: self.points,
+            kept: self.are_kept(),
+            limit_mm: self.cusp,
+            highest_at_end: highest.map(|on| LeftAtEndPlace { height_mm: on.stock, at_mm: on.position.into() }),
+        }
     }
 }
 
@@ -159,7 +175,7 @@ impl OpenRegion {
         let highest = self.places.iter().filter(|place| place.on.stock > self.limit);
         let highest = highest.reduce(|a, b| if higher(a, b) { b } else { a });
         let is_known = self.all > 0.0;
-        let cusps = self.cusps.as_ref().map(|cusps| CuspsAtEnd { points: cusps.points, kept: cusps.are_kept() });
+        let cusps = self.cusps.as_ref().map(OpenCusps::at_end);
         LeftAtEnd {
             setup: setup.to_owned(),
             operation: self.operation.clone(),

@@ -85,7 +85,11 @@ fn predicted_cusps_are_kept_where_later_programs_make_all_places_beside_them_low
         let mut open = OpenRegion { is_exceeded: false, places: Vec::new(), ..region(Some(cusps)) };
         open.lower("b", None, cut(from, height)).unwrap();
         let end = open.at_end("a");
-        assert!(!end.exceeded_at_end && end.cusps.is_some_and(|cusps| cusps.points == 3));
+        let cusps = end.cusps.expect("cusps");
+        assert!(!end.exceeded_at_end && cusps.points == 3);
+        // The highest of what `cut` leaves of the places beside them.
+        let all = open.cusps.as_ref().expect("cusps").on.iter().map(|on| on.stock).reduce(f64::max);
+        assert_eq!(cusps.highest_at_end.map(|highest| highest.height_mm), all);
         end.is_kept()
     };
     let on = || vec![place(1.0, 0.05), place(2.0, 0.2), place(3.0, 0.3)];
@@ -116,9 +120,9 @@ fn many_predicted_cusps_are_kept_where_later_programs_cut_all_of_the_region() {
         open.lower("b", None, cut(from, height)).unwrap();
         open.at_end("a").cusps
     };
-    let is = |kept| Some(CuspsAtEnd { points: 5000, kept });
+    let is = |kept| Some(CuspsAtEnd { points: 5000, kept, limit_mm: 0.1, highest_at_end: None });
     assert_eq!(end(0.0, 0.001, 0.1), is(true));
     // The own program leaves nothing at the first place, but a later one has to cut it.
     assert_eq!(end(1.5, 0.001, 0.1), is(false));
-    assert_eq!(end(0.0, 0.001, 0.0005), is(false), "a cusp below the accuracy of heights");
+    assert!(end(0.0, 0.001, 0.0005).is_some_and(|cusps| !cusps.kept), "a cusp below the accuracy of heights");
 }
