@@ -287,14 +287,12 @@ fn pass_layout(
     }
     let largest_chord = pieces.iter().flat_map(|p| &p.pieces).map(|p| p.chord).fold(0.0, f64::max);
     let passes = arrange(pieces, settings);
-    let Strips { n_wide: n_wide_strips, widest: largest_step_over } = strips;
-    let uncovered_area = 0.0;
     Ok(PassLayout {
         n_levels,
         n_dropped_pieces,
-        n_wide_strips,
-        largest_step_over,
-        uncovered_area,
+        n_wide_strips: strips.n_wide,
+        largest_step_over: strips.widest,
+        uncovered_area: 0.0,
         largest_chord,
         passes,
         corner: None,

@@ -103,14 +103,7 @@ impl<'a> Curve<'a> {
         } else {
             triangles.pop();
         }
-        if triangles.is_empty() {
-            return None;
-        }
-        let (normals, lone, bulges, ways) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
-        let (closed, winds) = (curve.closed, false);
-        let mut this = Self { patch, set, nodes, triangles, normals, lone, bulges, ways, tangents, closed, winds };
-        this.measure();
-        Some(this)
+        Self::through(patch, set, nodes, triangles, tangents, [curve.closed, false])
     }
 
     /// The curve of a path, with the tangents of the smooth curve through nodes about `spacing`
@@ -137,14 +130,7 @@ impl<'a> Curve<'a> {
         } else {
             triangles.pop();
         }
-        if triangles.is_empty() {
-            return None;
-        }
-        let (normals, lone, bulges, ways) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
-        let (closed, winds) = (path.closed, false);
-        let mut this = Self { patch, set, nodes, triangles, normals, lone, bulges, ways, tangents, closed, winds };
-        this.measure();
-        Some(this)
+        Self::through(patch, set, nodes, triangles, tangents, [path.closed, false])
     }
 
     /// An open curve that winds around and does not end at a border, through nodes with the
@@ -164,24 +150,30 @@ impl<'a> Curve<'a> {
             }
             kept.push(k);
         }
-        let (last, before) = kept.split_last()?;
-        let mut this = Self {
-            patch,
-            set,
-            nodes: kept.iter().map(|&k| nodes[k]).collect(),
-            triangles: before.iter().map(|&k| triangles[k.min(triangles.len() - 1)]).collect(),
-            normals: Vec::new(),
-            lone: Vec::new(),
-            bulges: Vec::new(),
-            ways: Vec::new(),
-            tangents: kept.iter().map(|&k| tangents[k]).collect(),
-            closed: false,
-            winds: true,
-        };
-        (*last > 0 && !this.triangles.is_empty()).then(|| {
-            this.measure();
-            this
-        })
+        let before = kept.split_last()?.1;
+        let triangles = before.iter().map(|&k| triangles[k.min(triangles.len() - 1)]).collect();
+        let tangents = kept.iter().map(|&k| tangents[k]).collect();
+        let nodes = kept.iter().map(|&k| nodes[k]).collect();
+        Self::through(patch, set, nodes, triangles, tangents, [false, true])
+    }
+
+    /// The curve through nodes with the triangle between each and the next; `None` where there is
+    /// none.
+    fn through(
+        patch: &'a Patch<'a>,
+        set: LevelSet<'a>,
+        nodes: Vec<Point3<f64>>,
+        triangles: Vec<u32>,
+        tangents: Vec<Vector3<f64>>,
+        [closed, winds]: [bool; 2],
+    ) -> Option<Self> {
+        if triangles.is_empty() {
+            return None;
+        }
+        let (normals, lone, bulges, ways) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        let mut this = Self { patch, set, nodes, triangles, normals, lone, bulges, ways, tangents, closed, winds };
+        this.measure();
+        Some(this)
     }
 
     /// The parts of it that the pass runs over, each with one node more at its ends.

@@ -69,9 +69,6 @@ impl<'a> Patch<'a> {
         if let Some(sections) = sections {
             cut.keep_range(sections);
         }
-        if cut.triangles.is_empty() {
-            return Err(PathError::EmptyRegion { reason: "none lies within box and levels" });
-        }
         let corners = cut.triangles.iter().map(|t| t.map(|v| cut.vertices[v as usize]));
         check_pieces(corners, sections, fineness)?;
         for _ in 0..MAX_ROUNDS {
@@ -131,16 +128,13 @@ impl<'a> Patch<'a> {
                 break;
             }
         }
-        let Pieces { vertices, triangles, parents } = cut;
-        let is_kept = |t: &[u32; 3]| t.iter().all(|&v| vertices[v as usize] != *at);
-        let kept: Vec<bool> = triangles.iter().map(is_kept).collect();
-        let mut keep = kept.iter();
-        let parents = parents.into_iter().filter(|_| *keep.next().unwrap_or(&true)).collect();
-        let triangles: Vec<[u32; 3]> = triangles.into_iter().filter(is_kept).collect();
-        if triangles.is_empty() {
+        let keep: Vec<bool> =
+            cut.triangles.iter().map(|t| t.iter().all(|&v| cut.vertices[v as usize] != *at)).collect();
+        cut.keep(&keep);
+        if cut.triangles.is_empty() {
             return Err(PathError::EmptyRegion { reason: "none is left around its lowest or highest place" });
         }
-        Self::of_pieces(surface, Pieces { vertices, triangles, parents }, Some(sections))
+        Self::of_pieces(surface, cut, Some(sections))
     }
 
     /// The triangle of the surface that a triangle of the patch is a piece of.

@@ -427,20 +427,8 @@ impl Lane {
         let x = (way / self.width).clamp(0.0, n as f64);
         let i = (x as usize).min(n - 1);
         let t = x - i as f64;
-        let before = if i > 0 {
-            i - 1
-        } else if self.closed {
-            n - 1
-        } else {
-            0
-        };
-        let after = if i + 1 < n {
-            i + 1
-        } else if self.closed {
-            0
-        } else {
-            n - 1
-        };
+        let [before, after] =
+            if self.closed { [(i + n - 1) % n, (i + 1) % n] } else { [i.saturating_sub(1), (i + 1).min(n - 1)] };
         let weights = [0.5 * (1.0 - t) * (1.0 - t), 0.5 + t * (1.0 - t), 0.5 * t * t];
         [before, i, after].iter().zip(weights).map(|(&k, w)| self.steps[k] * w).sum()
     }

@@ -9,6 +9,7 @@ use crate::error::PathError;
 use crate::layout::scallop::seed_points::projected;
 use crate::layout::scallop::surface_path::{SurfacePath, trace_zero};
 use crate::layout::section_layout::extent;
+use crate::region::check_group;
 use crate::sections::{CylindricalSections, ParallelPlanes, Sections};
 use crate::strategy::patch::Patch;
 use crate::strategy::scallop::Seed;
@@ -77,10 +78,7 @@ pub(crate) fn border_of(patch: &Patch, is_in: impl Fn(u32) -> bool) -> Vec<Surfa
 /// inside it.
 fn group_border(patch: &Patch, name: &str) -> Result<Vec<SurfacePath>, PathError> {
     let mesh = patch.surface.mesh();
-    let Some(group) = mesh.groups().iter().find(|g| g.name == name) else {
-        let known = mesh.groups().iter().map(|g| g.name.clone()).filter(|n| !n.is_empty()).collect();
-        return Err(PathError::UnknownGroup { group: name.to_owned(), known });
-    };
+    let group = &mesh.groups()[check_group(patch.surface, name)?];
     // Edges by the places of their ends, because each group may have vertices of its own. Zeros of
     // both signs are the same place.
     let bits = |p: &Point3<f64>| [p.x + 0.0, p.y + 0.0, p.z + 0.0].map(f64::to_bits);
