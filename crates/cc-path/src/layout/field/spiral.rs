@@ -135,10 +135,15 @@ impl SpiralLayout {
         (node, triangle, tangent): (Point3<f64>, u32, Vector3<f64>),
     ) {
         let n = ring.points.len();
-        // Rounding may let the spiral end in a triangle beside the ring's.
-        let at = ring.points.iter().position(|p| p.triangle == triangle).unwrap_or_else(|| nearest(ring, &node));
+        // A ring along edges, or rounding, lets the spiral end in a triangle beside the ring's.
+        let detour = |k: &usize| {
+            let [a, b] = [*k, (k + 1) % n].map(|k| ring.points[k].position);
+            nalgebra::distance(&a, &node) + nalgebra::distance(&node, &b) - nalgebra::distance(&a, &b)
+        };
+        let beside = || (0..n).min_by(|a, b| detour(a).total_cmp(&detour(b))).unwrap_or(0);
+        let at = ring.points.iter().position(|p| p.triangle == triangle).unwrap_or_else(beside);
         let of_ring = self.nodes.len() + 1;
-        self.push(node, triangle, tangent);
+        self.push(node, ring.points[at].triangle, tangent);
         for k in 1..=n {
             self.ring_node(patch, ring, (at + k) % n);
         }

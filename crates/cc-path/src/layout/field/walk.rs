@@ -82,13 +82,7 @@ impl Helix<'_> {
         let (a, b) = (of_start[start.side], of_start[(start.side + 1) % 3]);
         let value = a + (b - a) * start.share;
         // Whole turns by which the triangle at hand is ahead.
-        let (mut t, mut whole) = (start.triangle, 0.0);
-        if !self.enters(t, start.side, value, whole) {
-            let (u, j) =
-                self.patch.edges.across(&self.patch.mesh, t, start.side).ok_or_else(|| self.left(&on_side(start).0))?;
-            whole += self.winding.turns(t)[start.side] - self.winding.turns(u)[(j + 1) % 3];
-            t = u;
-        }
+        let (mut t, mut whole) = self.first_triangle(start, value).ok_or_else(|| self.left(&on_side(start).0))?;
         let (mut here, mut level, gradient) = on_side(start);
         let mut walked = Walked::default();
         walked.push(here, t, gradient);
@@ -101,15 +95,48 @@ impl Helix<'_> {
                 walked.push(last, t, gradient);
                 return Ok(walked);
             }
-            let Some((u, j)) = self.patch.edges.across(&self.patch.mesh, t, exit.side) else {
-                return Err(self.left(&next));
-            };
-            whole += self.winding.turns(t)[exit.side] - self.winding.turns(u)[(j + 1) % 3];
-            t = u;
+            (t, _, whole) = self.across(t, exit.side, whole).ok_or_else(|| self.left(&next))?;
             walked.push(next, t, gradient);
             (here, level) = (next, next_level);
         }
         Err(self.left(&here))
+    }
+
+    /// The triangle that the curve enters at a point, and the whole turns by which it is ahead.
+    ///
+    /// Corners at the value count as above it. Where both ends of the side are on one side of it,
+    /// the curve runs through one of them, up to rounding, and enters a triangle around that one.
+    fn first_triangle(&self, start: SidePoint, value: f64) -> Option<(u32, f64)> {
+        let SidePoint { triangle, side, share } = start;
+        let above = self.above(triangle, value, 0.0);
+        if above[side] != above[(side + 1) % 3] {
+            let beyond = || self.across(triangle, side, 0.0).map(|(t, _, whole)| (t, whole));
+            return if above[side] == self.rises { Some((triangle, 0.0)) } else { beyond() };
+        }
+        let corner = if share < 0.5 { side } else { (side + 1) % 3 };
+        // Around the corner one way, and the other way up to a border.
+        [true, false].into_iter().find_map(|leftward| {
+            let (mut t, mut corner, mut whole) = (triangle, corner, 0.0);
+            loop {
+                let sides = [corner, (corner + 2) % 3];
+                if sides.into_iter().any(|side| self.enters(t, side, value, whole)) {
+                    return Some((t, whole));
+                }
+                let side;
+                (t, side, whole) = self.across(t, sides[usize::from(leftward)], whole)?;
+                corner = if leftward { side } else { (side + 1) % 3 };
+                if t == triangle {
+                    return None;
+                }
+            }
+        })
+    }
+
+    /// The triangle across a side, its own side there, and the whole turns by which it is ahead,
+    /// by those of the triangle before.
+    fn across(&self, t: u32, side: usize, whole: f64) -> Option<(u32, usize, f64)> {
+        let (u, j) = self.patch.edges.across(&self.patch.mesh, t, side)?;
+        Some((u, j, whole + self.winding.turns(t)[side] - self.winding.turns(u)[(j + 1) % 3]))
     }
 
     fn left(&self, position: &Point3<f64>) -> PathError {

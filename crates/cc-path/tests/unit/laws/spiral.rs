@@ -70,7 +70,8 @@ fn on_a_cylinder_a_spiral_is_the_helix() {
 fn check_continuous(laid: &PassLayout, settings: &LaySettings) {
     for (_, [a, b]) in gaps(laid) {
         assert!((b.position - a.position).norm() <= settings.max_step * (1.0 + 1e-6));
-        assert!(a.feed.dot(&b.feed) > 0.5 && (b.position - a.position).dot(&a.feed) > 0.0);
+        let way = b.position - a.position;
+        assert!(a.feed.dot(&b.feed) > 0.5 && way.dot(&a.feed) > 0.0, "{a:?} {b:?}");
     }
 }
 
@@ -178,4 +179,88 @@ fn regions_without_closed_levels_are_named() {
     let holed = surface(TriMesh::new(one.vertices().to_vec(), triangles.collect()).unwrap());
     let e = error(&holed, &spiral(planes(Vector3::z_axis())));
     assert!(e.contains("is open"), "{e}");
+}
+
+/// A ring about the z axis whose rows of vertices lie at some radii, at a height for each.
+fn rows_around(radii: &[f64], around: u32, height: impl Fn(f64) -> f64) -> TriMesh {
+    let (vertices, triangles) = facemill_test_kit::grid_around([radii.len() as u32 - 1, around], |j, k| {
+        let radius = radii[j as usize];
+        let (sin, cos) = (std::f64::consts::TAU * f64::from(k) / f64::from(around)).sin_cos();
+        Point3::new(radius * cos, radius * sin, height(radius))
+    });
+    TriMesh::new(vertices, triangles).unwrap()
+}
+
+#[test]
+fn a_spiral_whose_range_ends_on_rows_of_vertices_winds_from_end_to_end() {
+    let mut rng = Random(19);
+    let (mut n_laid, shapes) = (0, ["flat", "dome", "cone by planes", "tube by planes"]);
+    for trial in 0..20 {
+        let shape = shapes[trial % 4];
+        let (rows, around) = if trial < 4 { (28, 240) } else { (5 + rng.below(26) as u32, 20 + rng.below(180) as u32) };
+        let (low, high) = if trial < 4 { (10.0, 38.0) } else { (rng.between(5.0, 15.0), rng.between(30.0, 45.0)) };
+        let at: Vec<f64> = (0..=rows).map(|j| low + (high - low) * f64::from(j) / f64::from(rows)).collect();
+        let height = |r: f64| match shape {
+            "dome" => (6400.0 - r * r).sqrt() - 80.0,
+            "cone by planes" => -0.7 * r,
+            _ => 0.0,
+        };
+        let mesh = match shape {
+            "tube by planes" => tube(|_| 20.0, high, around, rows),
+            _ => rows_around(&at, around, height),
+        };
+        // Levels of the rows as the sections compute them, the borders among them.
+        let level = |k: usize| match shape {
+            "tube by planes" => mesh.vertices()[k * around as usize].z,
+            "cone by planes" => -mesh.vertices()[k * around as usize].z,
+            _ => at[k],
+        };
+        let (first, last) = if trial < 4 { (1, 27) } else { (rng.below(3), rows as usize - rng.below(3)) };
+        let (from, to) = (level(first), level(last));
+        let by_planes = |normal: Unit<Vector3<f64>>| {
+            let (from, to) = (Some(from), Some(to));
+            Strategy::ParallelPlanes(ParallelPlanes { origin: Point3::origin(), normal, from, to })
+        };
+        let strategy = match shape {
+            "tube by planes" => by_planes(Vector3::z_axis()),
+            "cone by planes" => by_planes(-Vector3::z_axis()),
+            _ => rings(Point3::origin(), from, to),
+        };
+        let level_of = |cc: &CcPoint| strategy.sections().unwrap().level(&cc.position);
+        let s = surface(mesh.clone());
+        let n_rows_between = (last - first) as f64;
+        let max_step_over = (to - from) / n_rows_between * rng.between(0.7, 2.5);
+        for (order, direction) in [
+            (LevelOrder::Increasing, Direction::Forward),
+            (LevelOrder::Increasing, Direction::Reverse),
+            (LevelOrder::Decreasing, Direction::Forward),
+            (LevelOrder::Decreasing, Direction::Reverse),
+        ] {
+            let settings = LaySettings { max_step_over, order, direction, max_step: 2.0, ..LaySettings::default() };
+            let name = format!("{trial} {shape} {rows} {around} {from} {to} {max_step_over} {order:?} {direction:?}");
+            let laid = lay_passes(&s, &Region::default(), &spiral(strategy.clone()), &settings, &|_| 1e3, &Silent);
+            let laid = laid.unwrap_or_else(|e| panic!("{name}: {e}"));
+            assert_eq!(laid.passes.len(), 1, "{name}");
+            check_continuous(&laid, &settings);
+            for (_, cc) in points(&laid) {
+                assert!(s.closest_point(&cc.position, 1e-9).is_some(), "{name}");
+            }
+            let (pass, turns) = (&laid.passes[0], turns(&laid.passes[0]));
+            let whole = (turns[turns.len() - 1] - turns[0]).abs();
+            assert!((whole - laid.n_levels as f64).abs() < 0.03, "{name}: {whole} turns of {}", laid.n_levels);
+            // Of both ends of the range there is a whole turn; on the outer border, inside its chords.
+            let of_border = last == rows as usize && !shape.contains("planes");
+            let sagitta = to * (1.0 - (std::f64::consts::PI / f64::from(around)).cos());
+            let off = 0.02 + if of_border { sagitta } else { 0.0 };
+            let (begin, end) = if order == LevelOrder::Increasing { (from, to) } else { (to, from) };
+            for (cc, turn) in pass.pass.points.iter().zip(&turns) {
+                let (after, before) = ((turn - turns[0]).abs(), (turn - turns[turns.len() - 1]).abs());
+                for (way, level) in [(after, begin), (before, end)] {
+                    assert!(way > 0.999 || (level_of(cc) - level).abs() < off, "{name}: {} at {way}", cc.position);
+                }
+            }
+            n_laid += 1;
+        }
+    }
+    assert_eq!(n_laid, 80);
 }
