@@ -47,7 +47,7 @@ impl NormalCone {
 
 /// Triangles that fulfil groups and cone and reach into the box, in mesh order.
 pub(crate) fn triangles_of(surface: &Surface, region: &Region) -> Result<Vec<u32>, PathError> {
-    check_groups(surface, region)?;
+    region.groups.iter().flatten().try_for_each(|group| check_group(surface, group).map(drop))?;
     let all = 0..surface.mesh().triangles().len() as u32;
     let solid: Vec<u32> = all.filter(|&t| surface.facet_normal(t).is_some()).collect();
     let solid = not_empty(solid, "the mesh has none with an area")?;
@@ -77,25 +77,13 @@ fn not_empty(triangles: Vec<u32>, reason: &'static str) -> Result<Vec<u32>, Path
     if triangles.is_empty() { Err(PathError::EmptyRegion { reason }) } else { Ok(triangles) }
 }
 
-fn check_groups(surface: &Surface, region: &Region) -> Result<(), PathError> {
-    let groups = surface.mesh().groups();
-    let names = region.groups.iter().flatten();
-    match names.into_iter().find(|name| groups.iter().all(|g| g.name != **name)) {
-        Some(group) => {
-            let known = groups.iter().map(|g| g.name.clone()).filter(|n| !n.is_empty()).collect();
-            Err(PathError::UnknownGroup { group: group.clone(), known })
-        }
-        None => Ok(()),
-    }
-}
-
 /// Whether each triangle of the surface is in a group.
 ///
 /// # Errors
 /// When there is no such group.
 pub(crate) fn group_triangles(surface: &Surface, group: &str) -> Result<Vec<bool>, PathError> {
     let named = Region { groups: Some(vec![group.to_owned()]), ..Region::default() };
-    check_groups(surface, &named)?;
+    check_group(surface, group)?;
     let mut is_in = vec![false; surface.mesh().triangles().len()];
     keep_groups(surface, &named, (0..is_in.len() as u32).collect()).into_iter().for_each(|t| is_in[t as usize] = true);
     Ok(is_in)
@@ -106,8 +94,11 @@ pub(crate) fn group_triangles(surface: &Surface, group: &str) -> Result<Vec<bool
 /// # Errors
 /// When there is no such group.
 pub(crate) fn check_group(surface: &Surface, group: &str) -> Result<usize, PathError> {
-    check_groups(surface, &Region { groups: Some(vec![group.to_owned()]), ..Region::default() })?;
-    Ok(surface.mesh().groups().iter().position(|g| g.name == group).unwrap_or_default())
+    let groups = surface.mesh().groups();
+    groups.iter().position(|g| g.name == group).ok_or_else(|| {
+        let known = groups.iter().map(|g| g.name.clone()).filter(|n| !n.is_empty()).collect();
+        PathError::UnknownGroup { group: group.to_owned(), known }
+    })
 }
 
 fn keep_groups(surface: &Surface, region: &Region, triangles: Vec<u32>) -> Vec<u32> {

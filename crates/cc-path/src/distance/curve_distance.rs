@@ -1,6 +1,6 @@
 //! Distance from curves on a patch, measured along the surface, with foot and side.
 
-use std::cmp::Ordering;
+use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
 use nalgebra::{Point3, Unit, Vector3};
@@ -108,15 +108,16 @@ impl<'a> CurveDistance<'a> {
         store: DistanceStore,
     ) -> Self {
         let mut this = Self { patch, vertices, curves, store, reached: Vec::new() };
-        let mut queue = Queue { heap: BinaryHeap::new(), reach };
+        let mut queue = Queue { heap: BinaryHeap::new(), feet: Vec::new(), reach };
         for (curve, source) in curves.iter().enumerate() {
             for (node, triangle) in source.nodes() {
                 let hint = Hint { curve: curve as u32, node };
                 this.offer(hint, triangle, &mut queue);
             }
         }
-        while let Some(QueueEntry { distance, vertex, foot }) = queue.heap.pop() {
-            if distance > this.store.nearest[vertex as usize] || this.foot_of(vertex).is_some() {
+        while let Some(Reverse((_, [vertex, .., place]))) = queue.heap.pop() {
+            let foot = queue.feet[place as usize];
+            if foot.distance > this.store.nearest[vertex as usize] || this.foot_of(vertex).is_some() {
                 continue;
             }
             this.store.places[vertex as usize] = this.reached.len() as u32;
@@ -202,7 +203,9 @@ fn arc_over_chord(chord: &Unit<Vector3<f64>>, start: &Unit<Vector3<f64>>, end: &
 
 /// Vertices to be settled, the nearest first.
 struct Queue {
-    heap: BinaryHeap<QueueEntry>,
+    /// Bits of the distance, which rise with it, vertex, curve, node, and place of the foot.
+    heap: BinaryHeap<Reverse<(u64, [u32; 4])>>,
+    feet: Vec<CurveFoot>,
     reach: f64,
 }
 
@@ -214,36 +217,10 @@ impl Queue {
                 store.entered.push(vertex);
             }
             *nearest = foot.distance;
-            self.heap.push(QueueEntry { distance: foot.distance, vertex, foot });
+            let place = self.feet.len() as u32;
+            self.heap.push(Reverse((foot.distance.to_bits(), [vertex, foot.curve, foot.at.node, place])));
+            self.feet.push(foot);
         }
-    }
-}
-
-struct QueueEntry {
-    distance: f64,
-    vertex: u32,
-    foot: CurveFoot,
-}
-
-impl PartialEq for QueueEntry {
-    fn eq(&self, other: &Self) -> bool {
-        self.cmp(other) == Ordering::Equal
-    }
-}
-
-impl Eq for QueueEntry {}
-
-impl PartialOrd for QueueEntry {
-    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
-        Some(self.cmp(other))
-    }
-}
-
-impl Ord for QueueEntry {
-    /// Nearer is larger, for a heap that gives the largest.
-    fn cmp(&self, other: &Self) -> Ordering {
-        let key = |e: &Self| (e.vertex, e.foot.curve, e.foot.at.node);
-        other.distance.total_cmp(&self.distance).then_with(|| key(other).cmp(&key(self)))
     }
 }
 

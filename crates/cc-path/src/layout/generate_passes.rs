@@ -9,12 +9,12 @@ use crate::layout::field::field_layout::{FieldLayout, flow_levels};
 use crate::layout::field::spiral::{SpiralLayout, without_poles};
 use crate::layout::offset::edge_lines::group_indices;
 use crate::layout::offset::fillet::Fillet;
-use crate::layout::offset::offset_layout::{OffsetLayout, OffsetRange, OffsetTask};
+use crate::layout::offset::offset_layout::{OffsetLayout, OffsetRange};
 use crate::layout::offset::ridge::lines_of_edge;
 use crate::layout::offset::rolling_ball::{CornerRest, RollingBall};
 use crate::layout::offset::root_sides::{RootSide, root_sides};
 use crate::layout::order::{LevelPieces, arrange};
-use crate::layout::pass_level::{PassLevel, Strips};
+use crate::layout::pass_level::{PassLevel, PatchTask, Strips};
 use crate::layout::resample::{NoPointsLeft, beginning, pass_length, resample};
 use crate::layout::scallop::scallop_layout::ScallopLayout;
 use crate::layout::scallop::surface_path::SurfacePath;
@@ -127,14 +127,6 @@ struct Task<'a> {
 }
 
 impl<'a> Task<'a> {
-    /// The request for passes at distances from lines on a patch.
-    fn offset<'b>(&self, patch: &'b Patch<'b>, vertices: &'b PatchVertices) -> OffsetTask<'b>
-    where
-        'a: 'b,
-    {
-        OffsetTask { patch, vertices, settings: self.settings, strip_width: self.strip_width, monitor: self.monitor }
-    }
-
     fn patch(&self, sections: Option<&Sections>) -> Result<Patch<'_>, PathError> {
         let patch = Patch::new(self.surface, self.region, sections, &fineness(self.surface, self.settings))?;
         self.monitor.checkpoint()?;
@@ -226,38 +218,42 @@ impl<'a> Task<'a> {
         width: f64,
     ) -> Result<PassLayout, PathError> {
         let range = OffsetRange { from: -width, to: width, with_line: true };
-        let layout = OffsetLayout::plan(&self.offset(patch, vertices), lines, range)?;
+        let Self { settings, strip_width, monitor, .. } = *self;
+        let task = PatchTask { patch, vertices, settings, strip_width, monitor };
+        let layout = OffsetLayout::plan(&task, lines, range)?;
         let mut traced = layout.traced(patch, self.settings);
         cut_open(&mut traced, self.settings);
         pass_layout(traced, layout.strips, self.settings, self.monitor)
     }
 
     fn along_corner(&self, groups: &[String; 2], width: f64) -> Result<PassLayout, PathError> {
-        let sides = root_sides(self.surface, self.region, groups)?;
-        let fineness = fineness(self.surface, self.settings);
-        let patch = |side: &RootSide| Patch::new(self.surface, &side.region, None, &fineness);
+        let Self { surface, settings, strip_width, monitor, .. } = *self;
+        let sides = root_sides(surface, self.region, groups)?;
+        let fineness = fineness(surface, settings);
+        let patch = |side: &RootSide| Patch::new(surface, &side.region, None, &fineness);
         let patches = sides.iter().map(patch).collect::<Result<Vec<_>, _>>()?;
-        self.monitor.checkpoint()?;
+        monitor.checkpoint()?;
         let (mut traced, mut strips) = (Vec::new(), Strips { n_wide: 0, widest: 0.0 });
         let mut corner: Option<CornerRest> = None;
         for (side, patch) in sides.iter().zip(&patches) {
             let vertices = PatchVertices::of(patch);
-            let ball = RollingBall::new(patch, &vertices, &side.other, self.settings.corner_radius);
+            let ball = RollingBall::new(patch, &vertices, &side.other, settings.corner_radius);
             let track = ball.track();
             let Some(rest) = ball.largest_rest(&track) else { continue };
             // The ball touches both sides at once: one pass serves both.
             let range = OffsetRange { from: 0.0, to: width, with_line: corner.is_none() };
-            let layout = OffsetLayout::plan(&self.offset(patch, &vertices), &track, range)?;
+            let task = PatchTask { patch, vertices: &vertices, settings, strip_width, monitor };
+            let layout = OffsetLayout::plan(&task, &track, range)?;
             strips.n_wide += layout.strips.n_wide;
             strips.widest = strips.widest.max(layout.strips.widest);
-            traced.extend(layout.traced(patch, self.settings));
+            traced.extend(layout.traced(patch, settings));
             corner = Some(corner.filter(|c| c.height >= rest.height).unwrap_or(rest));
         }
         if corner.is_none() {
-            return Err(PathError::NoCorner { groups: groups.clone(), corner_radius: self.settings.corner_radius });
+            return Err(PathError::NoCorner { groups: groups.clone(), corner_radius: settings.corner_radius });
         }
-        cut_open(&mut traced, self.settings);
-        Ok(PassLayout { corner, ..pass_layout(traced, strips, self.settings, self.monitor)? })
+        cut_open(&mut traced, settings);
+        Ok(PassLayout { corner, ..pass_layout(traced, strips, settings, monitor)? })
     }
 
     fn along_flow(&self, flow: &Flow) -> Result<PassLayout, PathError> {

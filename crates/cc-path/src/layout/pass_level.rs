@@ -1,7 +1,13 @@
 use std::borrow::Cow;
 
+use facemill_cl_data::Monitor;
+
+use crate::distance::patch_vertices::PatchVertices;
 use crate::layout::level_set::LevelSet;
-use crate::strategy::settings::Direction;
+use crate::layout::levels::{Band, count_wide, widest_strip};
+use crate::layout::strip_width::StripWidth;
+use crate::strategy::patch::Patch;
+use crate::strategy::settings::{Direction, LaySettings};
 
 /// Where passes are cut out of a patch, and the triangles that reach there.
 pub(crate) struct PassLevel<'a> {
@@ -13,6 +19,33 @@ pub(crate) struct PassLevel<'a> {
     pub(crate) starts: Option<Direction>,
 }
 
+/// Patch, widths and settings that passes are laid by.
+#[derive(Clone, Copy)]
+pub(crate) struct PatchTask<'a> {
+    pub(crate) patch: &'a Patch<'a>,
+    pub(crate) vertices: &'a PatchVertices,
+    pub(crate) settings: &'a LaySettings,
+    pub(crate) strip_width: StripWidth<'a>,
+    pub(crate) monitor: &'a dyn Monitor,
+}
+
+/// Gain of some passes together: length of passes as wide as allowed, and length and cost.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Gain {
+    pub(crate) work: f64,
+    pub(crate) cost: f64,
+}
+
+impl Gain {
+    pub(crate) fn and(self, other: Self) -> Self {
+        Self { work: self.work + other.work, cost: self.cost + other.cost }
+    }
+
+    pub(crate) fn rate(&self) -> f64 {
+        self.work / self.cost
+    }
+}
+
 /// Strips between neighbouring passes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Strips {
@@ -20,4 +53,11 @@ pub(crate) struct Strips {
     pub(crate) n_wide: usize,
     /// Longest way from one pass to the next, mm.
     pub(crate) widest: f64,
+}
+
+impl Strips {
+    /// Strips between levels (in rising order) by the bands that they cross.
+    pub(crate) fn between(bands: &[Band], levels: &[f64]) -> Self {
+        Self { n_wide: count_wide(bands, levels), widest: widest_strip(bands, levels) }
+    }
 }

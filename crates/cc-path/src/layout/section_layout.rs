@@ -8,7 +8,7 @@ use facemill_surface_model::{Surface, TriMesh};
 use crate::error::PathError;
 use crate::layout::edge_fill::front_layout::FrontLayout;
 use crate::layout::level_set::LevelSet;
-use crate::layout::levels::{Band, count_wide, plan_levels, triangles_at, widest_strip};
+use crate::layout::levels::{Band, plan_levels, triangles_at};
 use crate::layout::pass_level::{PassLevel, Strips};
 use crate::layout::strip_width::{StripWidth, bands};
 use crate::sections::Sections;
@@ -60,12 +60,8 @@ impl<'a> SectionLayout<'a> {
             let [first, last] = beside_crumbs(patch, &bands, [first, last], settings);
             rising_levels(&bands, cause, first, last, settings)?
         };
-        let strips = Strips { n_wide: count_wide(&bands, &rising), widest: widest_strip(&bands, &rising) };
-        let triangles = triangles_at(&bands, &rising);
-        let mut levels: Vec<_> = rising.into_iter().zip(triangles).collect();
-        if settings.order == LevelOrder::Decreasing {
-            levels.reverse();
-        }
+        let (strips, triangles) = (Strips::between(&bands, &rising), triangles_at(&bands, &rising));
+        let levels = settings.in_cutting_order(rising.into_iter().zip(triangles).collect());
         Ok(Self { sections, kind: Kind::Levels(levels), strips })
     }
 

@@ -94,15 +94,26 @@ pub(crate) fn vertex_widths(
         }
         let p = patch.mesh.vertices()[v];
         let cc = cc_point(gradient(v), settings.first_direction(), p, patch.normal(triangle_at[v], &p));
-        let width = strip_width(&cc);
-        if width.is_nan() { Err(PathError::StripWidth { position: p }) } else { Ok(width.min(settings.max_step_over)) }
+        allowed_width(&cc, settings, strip_width)
     };
     (0..n_vertices).into_par_iter().map(width).collect::<Vec<_>>().into_iter().collect()
 }
 
+/// The width allowed at a CC point, at most the largest step-over, mm.
+///
+/// # Errors
+/// When it is NaN.
+pub(crate) fn allowed_width(cc: &CcPoint, settings: &LaySettings, strip_width: StripWidth) -> Result<f64, PathError> {
+    let width = strip_width(cc);
+    if width.is_nan() {
+        return Err(PathError::StripWidth { position: cc.position });
+    }
+    Ok(width.min(settings.max_step_over))
+}
+
 /// The CC point of a level curve: the feed runs along the level, the higher levels to the left of
 /// it when forward.
-fn cc_point(
+pub(crate) fn cc_point(
     gradient: Option<Vector3<f64>>,
     direction: Direction,
     p: Point3<f64>,

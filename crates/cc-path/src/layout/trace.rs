@@ -54,6 +54,16 @@ pub(crate) struct TracedLevel<'a> {
     pub(crate) starts: Option<Direction>,
 }
 
+impl<'a> TracedLevel<'a> {
+    /// The curves of paths, with tangents of smooth curves through nodes about `spacing` (mm)
+    /// apart.
+    pub(crate) fn of_paths(patch: &'a Patch<'a>, paths: &[SurfacePath], level: f64, spacing: f64) -> Self {
+        let set = LevelSet::Path { level };
+        let curves = paths.iter().filter_map(|p| Curve::of_path(patch, set, p, spacing)).collect();
+        Self { set, curves, starts: None }
+    }
+}
+
 /// A place on a curve.
 #[derive(Clone, Copy)]
 pub(crate) struct TracePoint {

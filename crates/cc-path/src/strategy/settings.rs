@@ -175,6 +175,14 @@ impl LaySettings {
         require("closed_start", f64::NAN, "finite", start_is_finite)
     }
 
+    /// Turns levels round where the highest is cut first.
+    pub(crate) fn in_cutting_order<T>(&self, mut rising: Vec<T>) -> Vec<T> {
+        if self.order == LevelOrder::Decreasing {
+            rising.reverse();
+        }
+        rising
+    }
+
     /// Direction of feed on the first level.
     pub(crate) fn first_direction(&self) -> Direction {
         match self.uncut {

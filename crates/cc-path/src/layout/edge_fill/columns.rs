@@ -11,22 +11,8 @@ use crate::sections::Sections;
 use crate::strategy::patch::Patch;
 use crate::strategy::settings::LaySettings;
 
-/// Part of a column between two levels of a grid.
-#[derive(Clone, Copy, Debug)]
-struct Cell {
-    /// Lowest level of the region in it.
-    low: f64,
-    /// Highest level of the region in it.
-    high: f64,
-    /// Largest step of level that is allowed on it.
-    limit: f64,
-    /// The same before width and slope were raised to their smallest values.
-    requested: f64,
-    /// Least gain of level per way from one front to the next.
-    slope: f64,
-}
-
-impl Cell {
+impl Band {
+    /// Of no surface.
     const EMPTY: Self = Self {
         low: f64::INFINITY,
         high: f64::NEG_INFINITY,
@@ -35,6 +21,7 @@ impl Cell {
         slope: f64::INFINITY,
     };
 
+    /// That of both together.
     fn least(&self, other: &Self) -> Self {
         Self {
             low: self.low.min(other.low),
@@ -79,7 +66,8 @@ pub(crate) struct Start {
 
 /// One column of the region.
 struct Column {
-    cells: Vec<Cell>,
+    /// Parts between two levels of the grid; slopes are those from one front to the next.
+    cells: Vec<Band>,
     /// `None` where the column is empty.
     border: Option<Border>,
     /// Lowest and highest level where it meets the column before it and the one behind it.
@@ -172,7 +160,7 @@ impl Columns {
     /// The column of an index, with the triangles that reach into it.
     fn column(&self, patch: &Patch, sections: &Sections, bands: &[Band], i: usize, triangles: &[u32]) -> Column {
         let mut column = Column {
-            cells: vec![Cell::EMPTY; self.n_levels],
+            cells: vec![Band::EMPTY; self.n_levels],
             border: None,
             ends: [[f64::INFINITY, f64::NEG_INFINITY]; 2],
             work: vec![0.0; self.n_levels + 1],
@@ -228,7 +216,7 @@ impl Columns {
             let cell = &mut column.cells[k];
             let (low, high) = (low.max(bounds[0]), high.min(bounds[1]));
             let (limit, requested, slope) = (band.limit, band.requested, band.slope * share);
-            *cell = cell.least(&Cell { low, high, limit, requested, slope });
+            *cell = cell.least(&Band { low, high, limit, requested, slope });
             let area = if from == to { polygon.area() } else { polygon.clip(1, bounds).area() };
             column.work[k + 1] += stretch * area / band.limit;
             column.lengths[k] += stretch * area / self.step;

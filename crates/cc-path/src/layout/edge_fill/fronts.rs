@@ -7,6 +7,7 @@ use rayon::prelude::*;
 
 use crate::layout::edge_fill::columns::{Columns, STEEPEST};
 use crate::layout::edge_fill::front::{Front, mean};
+use crate::layout::pass_level::Gain;
 
 /// Settings of a plan of fronts.
 #[derive(Clone, Copy, Debug)]
@@ -83,26 +84,8 @@ struct Planner<'a> {
 struct Candidate {
     front: Front,
     length: f64,
-    work: f64,
-    cost: f64,
+    gain: Gain,
     is_partial: bool,
-}
-
-/// Sums over some passes.
-#[derive(Clone, Copy, Default)]
-struct Sum {
-    work: f64,
-    cost: f64,
-}
-
-impl Sum {
-    fn and(&self, candidate: &Candidate) -> Self {
-        Self { work: self.work + candidate.work, cost: self.cost + candidate.cost }
-    }
-
-    fn rate(&self) -> f64 {
-        self.work / self.cost
-    }
 }
 
 /// Levels up to which all is cut, with what they allow the next pass.
@@ -129,7 +112,7 @@ impl Planner<'_> {
         let mut cost = length + self.settings.pass_cost;
         let mut fronts = vec![first];
         // Since the last pass that went all along.
-        let mut cycle = Sum::default();
+        let mut cycle = Gain::default();
         while let Some(next) = self.next(&covered, &cycle) {
             let reached = self.after(&next.front, &covered, None);
             // A step lost in rounding would never end.
@@ -137,8 +120,8 @@ impl Planner<'_> {
                 return None;
             }
             covered = reached;
-            cost += next.cost;
-            cycle = if next.is_partial { cycle.and(&next) } else { Sum::default() };
+            cost += next.gain.cost;
+            cycle = if next.is_partial { cycle.and(next.gain) } else { Gain::default() };
             fronts.push(next.front);
         }
         Some(FrontPlan { fronts, cost })
@@ -192,20 +175,20 @@ impl Planner<'_> {
     }
 
     /// The next pass, after those since the last that went all along; `None` when all is covered.
-    fn next(&self, covered: &Covered, cycle: &Sum) -> Option<Candidate> {
+    fn next(&self, covered: &Covered, cycle: &Gain) -> Option<Candidate> {
         if covered.targets.iter().all(|t| t.is_infinite()) {
             return None;
         }
         let full = self.candidate(covered, &covered.targets, None)?;
-        let alone = cycle.and(&full).rate();
+        let alone = cycle.and(full.gain).rate();
         let sides = [0, 1].map(|side| self.partials(covered, &full, side));
         // Away from where they join, partial passes are as the full one.
         let after_full = self.after(&full.front, covered, None);
         let after = |covered: &Covered, partial: &Candidate| self.after(&partial.front, covered, Some(&after_full));
-        let rate = |covered: &Covered, cycle: &Sum, partial: &Candidate| {
+        let rate = |covered: &Covered, cycle: &Gain, partial: &Candidate| {
             let covered = after(covered, partial);
             let full = self.candidate(&covered, &covered.targets, None)?;
-            Some(cycle.and(partial).and(&full).rate())
+            Some(cycle.and(partial.gain).and(full.gain).rate())
         };
         let of_side = |side: usize| {
             let rates: Vec<Option<f64>> =
@@ -215,7 +198,7 @@ impl Planner<'_> {
         let [left, right] = [of_side(0), of_side(1)];
         // A pass that both ends hold back gains nothing from one partial pass.
         let both = left.and_then(|(_, left)| {
-            let (covered, cycle) = (after(covered, left), cycle.and(left));
+            let (covered, cycle) = (after(covered, left), cycle.and(left.gain));
             let apart = |right: &Candidate| right.front.span[0] > left.front.span[1];
             let of_both = |right: &Candidate| apart(right).then(|| rate(&covered, &cycle, right)).flatten();
             let rates: Vec<Option<f64>> = sides[1].par_iter().with_min_len(FEW).map(of_both).collect();
@@ -282,8 +265,8 @@ impl Planner<'_> {
         let [from, to] = span;
         let front = Front { levels, span, joins: [from > 0 && joins[0], to + 1 < n && joins[1]] };
         let work = (from..=to).map(|i| self.columns.work(i, covered.means[i], means[i])).sum();
-        let cost = length + self.settings.pass_cost;
-        Some(Candidate { front, length, work, cost, is_partial: partial_from.is_some() })
+        let gain = Gain { work, cost: length + self.settings.pass_cost };
+        Some(Candidate { front, length, gain, is_partial: partial_from.is_some() })
     }
 
     /// Length of a pass over some columns by its mean levels on all, mm.

@@ -10,13 +10,13 @@ use crate::layout::field::ends::end_values;
 use crate::layout::field::field_bands::FieldBands;
 use crate::layout::field::gradients::facet_gradient;
 use crate::layout::level_set::LevelSet;
-use crate::layout::levels::{count_wide, triangles_at, widest_strip};
+use crate::layout::levels::triangles_at;
 use crate::layout::pass_level::{PassLevel, Strips};
 use crate::layout::section_layout::border_levels;
 use crate::layout::strip_width::StripWidth;
 use crate::strategy::field::Flow;
 use crate::strategy::patch::Patch;
-use crate::strategy::settings::{LaySettings, LevelOrder};
+use crate::strategy::settings::LaySettings;
 
 /// Solves for the field of a flow and makes it the levels of the patch, in mm: its gradient is 1
 /// per mm in the mean.
@@ -72,12 +72,8 @@ impl FieldLayout {
             vec![first]
         };
         let FieldBands { gradients, bands, .. } = field;
-        let strips = Strips { n_wide: count_wide(&bands, &rising), widest: widest_strip(&bands, &rising) };
-        let triangles = triangles_at(&bands, &rising);
-        let mut levels: Vec<_> = rising.into_iter().zip(triangles).collect();
-        if settings.order == LevelOrder::Decreasing {
-            levels.reverse();
-        }
+        let (strips, triangles) = (Strips::between(&bands, &rising), triangles_at(&bands, &rising));
+        let levels = settings.in_cutting_order(rising.into_iter().zip(triangles).collect());
         Ok(Self { gradients, levels, strips })
     }
 

@@ -11,10 +11,10 @@ use crate::layout::field::gradients::vertex_gradients;
 use crate::layout::field::walk::{Helix, SidePoint};
 use crate::layout::field::winding::Winding;
 use crate::layout::level_set::LevelSet;
-use crate::layout::levels::{Band, count_wide, triangles_at, widest_strip};
+use crate::layout::levels::{Band, triangles_at};
 use crate::layout::pass_level::Strips;
 use crate::layout::section_layout::{BORDER_INSET, border_levels, extent};
-use crate::layout::strip_width::StripWidth;
+use crate::layout::strip_width::{StripWidth, allowed_width, any_tangent};
 use crate::layout::trace::{Curve, TracedLevel};
 use crate::sections::Sections;
 use crate::strategy::patch::Patch;
@@ -68,7 +68,7 @@ impl SpiralLayout {
             Helix { patch, winding: &winding, progress: &progress, rises, end: if rises { last } else { first } };
         let (start, end) = if rises { (&rings[0], &rings[1]) } else { (&rings[1], &rings[0]) };
         let mut this = Self {
-            strips: Strips { n_wide: count_wide(&field.bands, &levels), widest: widest_strip(&field.bands, &levels) },
+            strips: Strips::between(&field.bands, &levels),
             gradients: field.gradients,
             nodes: Vec::new(),
             triangles: Vec::new(),
@@ -304,19 +304,9 @@ pub(crate) fn without_poles<'a>(
 ) -> Result<Patch<'a>, PathError> {
     for highest in [false, true] {
         let Some((pole, normal)) = patch.pole(highest) else { continue };
-        let Ok(cc) = CcPoint::new(pole, normal.into_inner(), normal.cross(&any_axis(&normal))) else { continue };
-        let width = strip_width(&cc);
-        if width.is_nan() {
-            return Err(PathError::StripWidth { position: pole });
-        }
-        let radius = POLE * width.clamp(settings.min_step_over, settings.max_step_over);
+        let cc = CcPoint { position: pole, normal, feed: any_tangent(&normal) };
+        let radius = POLE * allowed_width(&cc, settings, strip_width)?.max(settings.min_step_over);
         patch = patch.open_at(&pole, radius, sections)?;
     }
     Ok(patch)
-}
-
-fn any_axis(normal: &Unit<Vector3<f64>>) -> Vector3<f64> {
-    let mut axis = Vector3::zeros();
-    axis[normal.iamin()] = 1.0;
-    axis
 }

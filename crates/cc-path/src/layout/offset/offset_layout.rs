@@ -1,32 +1,18 @@
 //! Passes at distances from lines on a region, spaced by strip widths.
 
-use facemill_cl_data::{CcPoint, Monitor};
-use nalgebra::Unit;
 use rayon::prelude::*;
 
-use crate::distance::patch_vertices::PatchVertices;
 use crate::distance::source_curve::SourceCurve;
 use crate::error::PathError;
-use crate::layout::level_set::LevelSet;
-use crate::layout::levels::{Band, count_wide, plan_levels, triangles_at, widest_strip};
+use crate::layout::levels::{Band, plan_levels, triangles_at};
 use crate::layout::offset::offset_field::OffsetField;
-use crate::layout::pass_level::Strips;
+use crate::layout::pass_level::{PatchTask, Strips};
 use crate::layout::scallop::surface_path::SurfacePath;
-use crate::layout::strip_width::{StripWidth, any_tangent, least};
-use crate::layout::trace::{Curve, TracedLevel};
+use crate::layout::strip_width::{allowed_width, cc_point, least};
+use crate::layout::trace::TracedLevel;
 use crate::strategy::patch::Patch;
-use crate::strategy::settings::{Direction, LaySettings, LevelOrder};
+use crate::strategy::settings::LaySettings;
 use crate::strategy::size::StepOverCause;
-
-/// Inputs of passes at distances from lines.
-#[derive(Clone, Copy)]
-pub(crate) struct OffsetTask<'a> {
-    pub(crate) patch: &'a Patch<'a>,
-    pub(crate) vertices: &'a PatchVertices,
-    pub(crate) settings: &'a LaySettings,
-    pub(crate) strip_width: StripWidth<'a>,
-    pub(crate) monitor: &'a dyn Monitor,
-}
 
 /// Where passes lie beside their lines.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -57,7 +43,7 @@ const BORDER: f64 = 1e-3;
 impl OffsetLayout {
     /// # Errors
     /// When a width is NaN, there would be too many passes, or the monitor cancels.
-    pub(crate) fn plan(task: &OffsetTask, lines: &[SurfacePath], range: OffsetRange) -> Result<Self, PathError> {
+    pub(crate) fn plan(task: &PatchTask, lines: &[SurfacePath], range: OffsetRange) -> Result<Self, PathError> {
         let spacing = NODE_SPACING * task.settings.max_step_over;
         let curves: Vec<SourceCurve> = lines.iter().filter_map(|l| l.source(task.patch, spacing)).collect();
         let field = OffsetField::new(task.patch, task.vertices, &curves, range.to.max(-range.from));
@@ -68,7 +54,7 @@ impl OffsetLayout {
         let cause = StepOverCause { largest, is_largest: widths.iter().all(|&w| w.is_nan() || w >= largest) };
         let border = BORDER * largest;
         let levels = rising_levels(&bands, cause, range, border, task.settings.even)?;
-        let strips = Strips { n_wide: count_wide(&bands, &levels), widest: widest_strip(&bands, &levels) };
+        let strips = Strips::between(&bands, &levels);
         let among = triangles_at(&bands, &levels);
         let traced = levels.into_par_iter().zip(among).map_init(Vec::new, |store, (level, among)| {
             task.monitor.checkpoint()?;
@@ -82,20 +68,12 @@ impl OffsetLayout {
 
     /// The curves of the passes, in cutting order.
     pub(crate) fn traced<'a>(&self, patch: &'a Patch<'a>, settings: &LaySettings) -> Vec<TracedLevel<'a>> {
-        let level = |(level, paths): &(f64, Vec<SurfacePath>)| {
-            let set = LevelSet::Path { level: *level };
-            let curves = paths.iter().filter_map(|p| Curve::of_path(patch, set, p, self.spacing)).collect();
-            TracedLevel { set, curves, starts: None }
-        };
-        let mut levels: Vec<TracedLevel> = self.levels.iter().map(level).collect();
-        if settings.order == LevelOrder::Decreasing {
-            levels.reverse();
-        }
-        levels
+        let traced = self.levels.iter().map(|(l, paths)| TracedLevel::of_paths(patch, paths, *l, self.spacing));
+        settings.in_cutting_order(traced.collect())
     }
 }
 
-impl OffsetTask<'_> {
+impl PatchTask<'_> {
     /// The width allowed at each vertex that the field reaches, at most the largest step-over; NaN
     /// at others.
     fn widths(&self, field: &OffsetField) -> Result<Vec<f64>, PathError> {
@@ -104,15 +82,8 @@ impl OffsetTask<'_> {
                 return Ok(f64::NAN);
             }
             let (position, normal) = (self.patch.mesh.vertices()[v], self.vertices.normal(v as u32));
-            let across = field.gradients[v].cross(&normal);
-            let forward = Unit::try_new(across, 1e-9).unwrap_or_else(|| any_tangent(&normal));
-            let feed = if self.settings.first_direction() == Direction::Forward { forward } else { -forward };
-            let width = (self.strip_width)(&CcPoint { position, normal, feed });
-            if width.is_nan() {
-                Err(PathError::StripWidth { position })
-            } else {
-                Ok(width.min(self.settings.max_step_over))
-            }
+            let cc = cc_point(Some(field.gradients[v]), self.settings.first_direction(), position, normal);
+            allowed_width(&cc, self.settings, self.strip_width)
         };
         (0..field.values.len()).into_par_iter().map(width).collect::<Vec<_>>().into_iter().collect()
     }

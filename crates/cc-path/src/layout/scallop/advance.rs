@@ -1,28 +1,20 @@
 //! Fronts that advance over a patch, one after the other.
 
-use facemill_cl_data::{CcPoint, Monitor};
+use facemill_cl_data::CcPoint;
 use nalgebra::{Point3, Unit, Vector3};
 use rayon::prelude::*;
 
 use crate::distance::curve_distance::{CurveDistance, CurveFoot, DistanceStore};
-use crate::distance::patch_vertices::{PatchVertices, on_edge};
+use crate::distance::patch_vertices::on_edge;
 use crate::distance::source_curve::SourceCurve;
 use crate::error::PathError;
-use crate::layout::scallop::lanes::{Gain, Lanes, StepSettings};
+use crate::layout::pass_level::{Gain, PatchTask};
+use crate::layout::scallop::lanes::{Lanes, StepSettings};
 use crate::layout::scallop::surface_path::{SurfacePath, trace_zero};
-use crate::layout::strip_width::StripWidth;
+use crate::layout::strip_width::allowed_width;
 use crate::strategy::patch::Patch;
-use crate::strategy::settings::{Direction, LaySettings, Pattern};
+use crate::strategy::settings::{Direction, Pattern};
 use crate::strategy::size::{MAX_CROSSINGS, MAX_LEVELS, StepOverCause};
-
-/// Patch, widths and settings that fronts are laid by.
-pub(crate) struct FrontContext<'a> {
-    pub(crate) patch: &'a Patch<'a>,
-    pub(crate) vertices: &'a PatchVertices,
-    pub(crate) settings: &'a LaySettings,
-    pub(crate) strip_width: StripWidth<'a>,
-    pub(crate) monitor: &'a dyn Monitor,
-}
 
 /// Curves that a front begins at.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -58,7 +50,7 @@ pub(crate) struct FrontStep {
 
 /// State of the vertices of a patch while fronts advance over it.
 pub(crate) struct Advance<'a> {
-    context: &'a FrontContext<'a>,
+    context: &'a PatchTask<'a>,
     /// Whether a front has passed.
     pub(crate) behind: Vec<bool>,
     /// Width allowed, mm; NaN where no front has come near.
@@ -93,7 +85,7 @@ const MOST_IDLE: usize = 64;
 const MEETING_COS: f64 = 0.8;
 
 impl<'a> Advance<'a> {
-    pub(crate) fn new(context: &'a FrontContext<'a>) -> Self {
+    pub(crate) fn new(context: &'a PatchTask<'a>) -> Self {
         let n = context.patch.mesh.vertices().len();
         Self {
             context,
@@ -114,7 +106,7 @@ impl<'a> Advance<'a> {
     /// # Errors
     /// When a width is NaN, there are too many fronts, or the monitor cancels.
     pub(crate) fn run(&mut self, seeds: &[(SurfacePath, BaseKind)]) -> Result<(), PathError> {
-        let FrontContext { patch, settings, monitor, .. } = *self.context;
+        let PatchTask { patch, settings, monitor, .. } = *self.context;
         let mut spacing = settings.max_step_over / BINS_PER_WIDTH;
         let mut base = Base::default();
         for (path, kind) in seeds {
@@ -153,7 +145,7 @@ impl<'a> Advance<'a> {
     /// Lays the next fronts; returns the largest width that was met, and whether they passed a
     /// vertex.
     fn step(&mut self, base: &mut Base, reach: f64, spacing: f64) -> Result<(f64, bool), PathError> {
-        let FrontContext { patch, vertices, settings, .. } = *self.context;
+        let PatchTask { patch, vertices, settings, .. } = *self.context;
         let mut cycles = std::mem::take(&mut base.cycles);
         let store = std::mem::take(&mut self.store);
         let is_ahead = |v: u32| !self.behind[v as usize];
@@ -188,7 +180,7 @@ impl<'a> Advance<'a> {
 
     /// Takes the widths at vertices ahead that have none.
     fn find_widths(&mut self, distance: &CurveDistance) -> Result<(), PathError> {
-        let FrontContext { patch, vertices, settings, strip_width, .. } = *self.context;
+        let PatchTask { patch, vertices, settings, strip_width, .. } = *self.context;
         let new = distance.reached().iter().filter(|(v, _)| self.widths[*v as usize].is_nan());
         let new: Vec<&(u32, CurveFoot)> = new.collect();
         let width = |(v, foot): &&(u32, CurveFoot)| {
@@ -197,15 +189,14 @@ impl<'a> Advance<'a> {
                 .or_else(|| Unit::try_new(foot.at.tangent, 1e-9))
                 .unwrap_or_else(Vector3::x_axis);
             let feed = if settings.first_direction() == Direction::Forward { forward } else { -forward };
-            let width = strip_width(&CcPoint { position, normal, feed });
-            if width.is_nan() { Err(PathError::StripWidth { position }) } else { Ok((*v, width)) }
+            Ok((*v, allowed_width(&CcPoint { position, normal, feed }, settings, strip_width)?))
         };
         let found: Result<Vec<(u32, f64)>, PathError> =
             new.par_iter().map(width).collect::<Vec<_>>().into_iter().collect();
         let mut is_wide = false;
         for (v, width) in found? {
             is_wide |= width < settings.min_step_over;
-            self.widths[v as usize] = width.clamp(settings.min_step_over, settings.max_step_over);
+            self.widths[v as usize] = width.max(settings.min_step_over);
         }
         self.n_wide += usize::from(is_wide);
         Ok(())

@@ -2,6 +2,7 @@
 
 use crate::distance::curve_distance::CurveFoot;
 use crate::distance::source_curve::SourceCurve;
+use crate::layout::pass_level::Gain;
 
 /// A stretch of a lane: what lies ahead of the front there.
 #[derive(Clone, Debug, Default)]
@@ -46,23 +47,6 @@ pub(crate) struct StepSettings {
     pub(crate) shortest: f64,
     /// Length of cutting that takes as long as entry, exit and link of a pass, mm.
     pub(crate) pass_cost: f64,
-}
-
-/// Gain of some passes together: length of passes as wide as allowed, and length and cost.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct Gain {
-    work: f64,
-    cost: f64,
-}
-
-impl Gain {
-    fn and(self, other: Self) -> Self {
-        Self { work: self.work + other.work, cost: self.cost + other.cost }
-    }
-
-    fn rate(&self) -> f64 {
-        self.work / self.cost
-    }
 }
 
 /// Steepest change of the arrival along a front, 17°: beyond, the feed would turn too far from the

@@ -7,18 +7,17 @@ use facemill_cl_data::Monitor;
 use crate::distance::patch_vertices::PatchVertices;
 use crate::distance::source_curve::SourceCurve;
 use crate::error::PathError;
-use crate::layout::level_set::LevelSet;
-use crate::layout::pass_level::Strips;
-use crate::layout::scallop::advance::{Advance, BaseKind, FrontContext, FrontStep};
+use crate::layout::pass_level::{PatchTask, Strips};
+use crate::layout::scallop::advance::{Advance, BaseKind, FrontStep};
 use crate::layout::scallop::coverage::Coverage;
 use crate::layout::scallop::ridges::ridge_passes;
 use crate::layout::scallop::seeds::{SeedCurves, border_of, seed_curves};
 use crate::layout::scallop::surface_path::SurfacePath;
 use crate::layout::strip_width::StripWidth;
-use crate::layout::trace::{Curve, TracedLevel};
+use crate::layout::trace::TracedLevel;
 use crate::strategy::patch::Patch;
 use crate::strategy::scallop::ConstantScallop;
-use crate::strategy::settings::{LaySettings, LevelOrder};
+use crate::strategy::settings::LaySettings;
 
 /// Passes of constant scallop.
 pub(crate) struct ScallopLayout {
@@ -51,7 +50,7 @@ impl ScallopLayout {
             seeds.extend(paths.into_iter().map(|p| (p, kind)));
         }
         let vertices = PatchVertices::of(patch);
-        let context = FrontContext { patch, vertices: &vertices, settings, strip_width, monitor };
+        let context = PatchTask { patch, vertices: &vertices, settings, strip_width, monitor };
         let mut advance = Advance::new(&context);
         advance.run(&seeds)?;
         while let Some(component) = left_out(patch, &advance.behind) {
@@ -70,8 +69,8 @@ impl ScallopLayout {
         Ok(Self::with_ridges(&context, advance))
     }
 
-    fn with_ridges(context: &FrontContext, mut advance: Advance) -> Self {
-        let FrontContext { patch, vertices, settings, .. } = *context;
+    fn with_ridges(context: &PatchTask, mut advance: Advance) -> Self {
+        let PatchTask { patch, vertices, settings, .. } = *context;
         let shortest = settings.min_pass_length + 2.0 * settings.edge_margin;
         let mut steps: Vec<FrontStep> = Vec::new();
         let spacing = |path: &SurfacePath, widths: &[f64]| {
@@ -84,11 +83,8 @@ impl ScallopLayout {
                 let widths = patch.mesh.triangles()[t as usize].map(|v| advance.widths[v as usize]);
                 widths.into_iter().filter(|w| w.is_finite()).fold(0.0, f64::max)
             };
-            let split = |path: SurfacePath| {
-                let spacing = spacing(&path, &advance.widths);
-                path.between_corners(patch, spacing, width)
-            };
-            let paths: Vec<SurfacePath> = front.paths.iter().cloned().flat_map(split).collect();
+            let split = |path: &SurfacePath| path.clone().between_corners(patch, spacing(path, &advance.widths), width);
+            let paths = front.paths.iter().flat_map(split).collect();
             steps.push(FrontStep { paths, ..front });
         }
         for width in advance.widths.iter_mut().filter(|w| w.is_nan()) {
@@ -104,11 +100,9 @@ impl ScallopLayout {
         let (ridges, stubs): (Vec<_>, Vec<_>) = ridges.into_iter().partition(|p| p.length() >= shortest);
         let last = steps.last().map_or(0.0, |s| s.arrival);
         if !ridges.is_empty() {
-            let split = |path: SurfacePath| {
-                let spacing = spacing(&path, &advance.widths);
-                path.between_corners(patch, spacing, |_| 0.0)
-            };
-            let paths = ridges.into_iter().flat_map(split).collect();
+            let split =
+                |path: &SurfacePath| path.clone().between_corners(patch, spacing(path, &advance.widths), |_| 0.0);
+            let paths = ridges.iter().flat_map(split).collect();
             steps.push(FrontStep { paths, arrival: last, starts: None });
         }
         let all = sources(&steps);
@@ -120,16 +114,11 @@ impl ScallopLayout {
 
     /// The curves of the passes, in cutting order.
     pub(crate) fn traced<'a>(&self, patch: &'a Patch<'a>, settings: &LaySettings) -> Vec<TracedLevel<'a>> {
-        let level = |FrontStep { paths, arrival, starts }: &FrontStep| {
-            let set = LevelSet::Path { level: *arrival };
-            let curves = paths.iter().filter_map(|p| Curve::of_path(patch, set, p, self.spacing)).collect();
-            TracedLevel { set, curves, starts: *starts }
+        let level = |FrontStep { paths, arrival, starts }: &FrontStep| TracedLevel {
+            starts: *starts,
+            ..TracedLevel::of_paths(patch, paths, *arrival, self.spacing)
         };
-        let mut levels: Vec<TracedLevel> = self.steps.iter().map(level).collect();
-        if settings.order == LevelOrder::Decreasing {
-            levels.reverse();
-        }
-        levels
+        settings.in_cutting_order(self.steps.iter().map(level).collect())
     }
 }
 
