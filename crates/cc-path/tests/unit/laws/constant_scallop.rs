@@ -437,3 +437,70 @@ fn seeds_that_are_nowhere_are_named_with_a_remedy() {
     let none = lay_passes(&closed, &Region::default(), &strategy, &settings(2.0), &|_| 2.0, &Silent).unwrap_err();
     assert!(none.to_string().contains("closed and has none: take a plane"), "{none}");
 }
+
+/// An ellipse with these half axes: rows of vertices around its centre, or a skewed grid.
+fn ellipse([a, b]: [f64; 2], rows: Option<[u32; 2]>, n: u32) -> TriMesh {
+    let Some([rings, around]) = rows else {
+        return irregular_grid(n, n, 0.4, |u, v| {
+            let (u, v) = (2.0 * u - 1.0, 2.0 * v - 1.0);
+            Point3::new(a * u * (1.0 - 0.5 * v * v).sqrt(), b * v * (1.0 - 0.5 * u * u).sqrt(), 0.0)
+        });
+    };
+    let cap = sphere_cap(1.0, 1.0, rings, around);
+    let flat = |p: &Point3<f64>| {
+        let polar = p.x.hypot(p.y).atan2(p.z);
+        let angle = p.y.atan2(p.x);
+        Point3::new(a * polar * angle.cos(), b * polar * angle.sin(), 0.0)
+    };
+    TriMesh::new(cap.vertices().iter().map(flat).collect(), cap.triangles().to_vec()).unwrap()
+}
+
+#[test]
+fn fronts_of_a_disc_are_closed_rings_down_to_the_last_one() {
+    let mut rng = Random(23);
+    for trial in 0..36 {
+        let radius = rng.between(6.0, 22.0);
+        let width = rng.between(3.0, 7.0);
+        let (rows, n) = match trial % 3 {
+            0 => (Some([6 + rng.below(30) as u32, 40 + rng.below(100) as u32]), 0),
+            _ => (None, 30 + rng.below(40) as u32),
+        };
+        // Flat, or on a dome; widths of one size, or 6 % apart.
+        let bend = if trial % 2 == 0 { 0.0 } else { rng.between(0.0, 0.02) };
+        let slope = if trial % 4 < 2 { 0.0 } else { 0.03 / radius };
+        let disc = ellipse([radius, radius], rows, n);
+        let domed = |p: &Point3<f64>| Point3::new(p.x, p.y, -0.5 * bend * (p.x * p.x + p.y * p.y));
+        let s = surface(TriMesh::new(disc.vertices().iter().map(domed).collect(), disc.triangles().to_vec()).unwrap());
+        let at = |p: &Point3<f64>| width * (1.0 + slope * p.x);
+        let laid = lay_by(&s, &scallop(vec![Seed::Border]), &settings(1.1 * width), &|cc| at(&cc.position));
+        let lengths: Vec<f64> = laid.passes.iter().map(|p| p.length).collect();
+        let name = format!("{trial}: {radius} {width} {rows:?} {n} {bend} {slope}: {lengths:?}");
+        assert!(laid.passes.iter().all(|p| p.closed), "{name}");
+        // The way down the dome is longer than the radius by so much.
+        let way = radius * (1.0 + 0.17 * (bend * radius).powi(2));
+        let least = (way / width + 0.5).floor() as usize;
+        assert!((least..=least + 1).contains(&lengths.len()), "{name}");
+        if bend == 0.0 {
+            let steps: Vec<f64> = lengths.windows(2).map(|w| (w[0] - w[1]) / TAU).collect();
+            let (last, others) = steps.split_last().unwrap_or((&0.0, &[]));
+            assert!(others.iter().all(|s| (s / width - 1.0).abs() < 0.005 + slope * radius), "{name}: {steps:?}");
+            assert!(*last < 1.005 * width, "{name}: {steps:?}");
+        }
+        let (worst, open) = worst_reach(&s, &laid, 1000, at);
+        assert!(worst < 1.03 && open == 0.0, "{name}: {worst} {open}");
+        assert!(laid.uncovered_area < 2e-3 * PI * radius * radius, "{name}: {}", laid.uncovered_area);
+    }
+}
+
+#[test]
+fn fronts_of_an_ellipse_that_is_no_disc_leave_nothing_within_it() {
+    let mut rng = Random(29);
+    for trial in 0..12 {
+        let axes = [rng.between(14.0, 24.0), rng.between(9.0, 13.0)];
+        let width = rng.between(3.0, 6.5);
+        let s = surface(ellipse(axes, (trial % 2 == 0).then_some([20, 90]), 50));
+        let laid = lay_by(&s, &scallop(vec![Seed::Border]), &settings(width), &|_| width);
+        let (worst, open) = worst_reach(&s, &laid, 1000, |_| width);
+        assert!(worst < 1.1 && open < 2e-3, "{axes:?} {width}: {worst} {open}");
+    }
+}
