@@ -504,3 +504,39 @@ fn fronts_of_an_ellipse_that_is_no_disc_leave_nothing_within_it() {
         assert!(worst < 1.1 && open < 2e-3, "{axes:?} {width}: {worst} {open}");
     }
 }
+
+/// A trapezoid: two corners at the origin and on the x axis with these inner angles, rad.
+fn trapezoid([a, b]: [f64; 2], [length, height]: [f64; 2], [n, m]: [u32; 2], share: f64) -> TriMesh {
+    irregular_grid(n, m, share, |u, v| {
+        let y = height * v;
+        let (from, to) = (y / a.tan(), length - y / b.tan());
+        Point3::new(from + (to - from) * u, y, 0.0)
+    })
+}
+
+#[test]
+fn corners_that_fronts_leave_out_are_counted() {
+    // Where one front ends on one side of a corner and the next on the other, the corner is beyond
+    // the ends of both: up to two half strips from them.
+    let mut rng = Random(41);
+    let angle = |rng: &mut Random| rng.between(PI / 3.0, 2.0 * PI / 3.0);
+    for trial in 0..24 {
+        let angles = [angle(&mut rng), angle(&mut rng)];
+        let (width, skew) = (rng.between(3.0, 6.5), rng.between(-0.3, 0.3));
+        let size = [rng.between(70.0, 90.0), rng.between(25.0, 35.0)];
+        let mesh = trapezoid(angles, size, [50 + rng.below(30) as u32, 25 + rng.below(20) as u32], 0.4);
+        let s = surface(mesh);
+        let seed = match trial % 4 {
+            0 => Seed::Border,
+            1 => at_plane(Point3::new(0.0, 1e-6, 0.0), Vector3::y()),
+            2 => at_plane(Point3::new(0.0, 0.5 * size[1], 0.0), Vector3::new(skew, 1.0, 0.0)),
+            _ => at_plane(Point3::new(0.3 * size[0], 0.0, 0.0), Vector3::new(1.0, skew, 0.0)),
+        };
+        let laid = lay_by(&s, &scallop(vec![seed]), &settings(width), &|_| width);
+        let area: f64 = (0..s.mesh().triangles().len()).map(|t| 0.5 * s.mesh().scaled_normal(t).norm()).sum();
+        let (worst, open) = worst_reach(&s, &laid, 3000, |_| width);
+        let counted = laid.uncovered_area / area;
+        assert!(worst < 2.0 && open < 0.01, "{trial}: {worst} {open}");
+        assert!(open <= 2.0 * counted + 0.001, "{trial}: {open} open, {counted} counted, worst {worst}");
+    }
+}
