@@ -248,7 +248,7 @@ fn a_spiral_whose_range_ends_on_rows_of_vertices_winds_from_end_to_end() {
             let (pass, turns) = (&laid.passes[0], turns(&laid.passes[0]));
             let whole = (turns[turns.len() - 1] - turns[0]).abs();
             assert!((whole - laid.n_levels as f64).abs() < 0.03, "{name}: {whole} turns of {}", laid.n_levels);
-            // Of both ends of the range there is a whole turn; on the outer border, inside its chords.
+            // Each end of the range has a whole turn; on the outer border, inside its chords.
             let of_border = last == rows as usize && !shape.contains("planes");
             let sagitta = to * (1.0 - (std::f64::consts::PI / f64::from(around)).cos());
             let off = 0.02 + if of_border { sagitta } else { 0.0 };
