@@ -18,7 +18,7 @@ use facemill_job::stages::Stages;
 use facemill_nc_program::ReadProgram;
 use facemill_surface_model::{Refined, Surface, SurfaceSettings, TriMesh, write_painted_glb};
 use facemill_virtual_machine::VirtualSetup;
-use facemill_z_map::{DeviationError, DeviationPoint, DexelMap};
+use facemill_z_map::{DeviationError, DexelMap};
 use nalgebra::Point3;
 use rayon::prelude::*;
 
@@ -91,8 +91,11 @@ pub fn deviation_of(
     drop(monitor);
     let is_drive = drive_triangles(&part, &setup.drive);
     let fine = refined(&part, &is_part, stock.cell);
-    let patches = patches(&part, &fine, &found, &allowances, &is_drive);
-    let all_places = || found.all().map(|p| beyond(p, &allowances));
+    // The setup's own stock may end below the surface; of other stock a program before may have cut
+    // too deep.
+    let lacks = request.since_stock.then_some(tolerance_mm);
+    let patches = patches(&part, &fine, &found, (&allowances, lacks), &is_drive);
+    let all_places = || found.all().map(|p| beyond(p, &allowances, lacks));
     let places = || all_places().filter(|p| is_part[p.triangle as usize]);
     let limit = stock.gouge_limit + uncertainty_mm;
     let cavity = found.deepest_cavity();
@@ -203,7 +206,7 @@ fn patches(
     part: &Surface,
     fine: &Refined,
     found: &StockPlaces<'_>,
-    allowances: &[f64],
+    (allowances, lacks): (&[f64], Option<f64>),
     is_drive: &[bool],
 ) -> Vec<Patch> {
     let patch = |k: usize| {
@@ -211,7 +214,7 @@ fn patches(
         let [a, b, c] = fine.mesh.corners(k).map(|p| p.coords);
         let middle = Point3::from((a + b + c) / 3.0);
         let normal = part.facet_normal(parent);
-        let place: Option<DeviationPoint> = normal.and_then(|n| found.near(&middle, &n)).map(|p| beyond(p, allowances));
+        let place = normal.and_then(|n| found.near(&middle, &n)).map(|p| beyond(p, allowances, lacks));
         Patch { area: 0.5 * fine.mesh.scaled_normal(k).norm(), is_drive: is_drive[parent as usize], place }
     };
     (0..fine.parents.len()).into_par_iter().map(patch).collect()

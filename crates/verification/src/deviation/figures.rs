@@ -107,7 +107,10 @@ pub(crate) fn drive_triangles(part: &Surface, drive: &Surface) -> Vec<bool> {
 /// Distance that counts as none, mm: the same triangles, moved in the same way.
 pub(crate) const SAME_PLACE: f64 = 1e-6;
 
-/// Returns a place with its deviation from the surface with its allowance.
-pub(crate) fn beyond(place: DeviationPoint, allowances: &[f64]) -> DeviationPoint {
-    DeviationPoint { deviation: place.deviation - allowances[place.triangle as usize], ..place }
+/// Returns a place with its deviation from the surface with its allowance; none at all under it
+/// where nothing was cut and more is missing than `lacks` permits, if that is given, mm.
+pub(crate) fn beyond(place: DeviationPoint, allowances: &[f64], lacks: Option<f64>) -> DeviationPoint {
+    let deviation = place.deviation - allowances[place.triangle as usize];
+    let is_lacking = !place.is_cut && lacks.is_some_and(|tolerance| deviation < -tolerance);
+    DeviationPoint { deviation: if is_lacking { f64::NEG_INFINITY } else { deviation }, ..place }
 }

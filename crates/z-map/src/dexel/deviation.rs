@@ -170,7 +170,8 @@ impl Deviation<'_> {
 
     /// The place next to a point of the part with this normal: the nearest one on the nine lines
     /// around it, of those whose normals are within 60° of it, and that are not farther away than
-    /// lines may be along such a slope.
+    /// lines may be along such a slope, nor than eight cells: beside a wall along the lines there
+    /// may be none but on another surface.
     pub fn near(&self, point: &Point3<f64>, normal: &Vector3<f64>) -> Option<DeviationPoint> {
         let frame = self.grid.work_from_map();
         let p = frame.inverse_transform_point(point);
@@ -182,7 +183,8 @@ impl Deviation<'_> {
             for record in self.records(a, b) {
                 let place = self.place(a, b, record);
                 let distance = (place.position - point).norm();
-                let is_near = distance * rise <= 2.0 * self.grid.cell() && nearest.is_none_or(|(d, _)| distance < d);
+                let reach = (2.0 / rise).min(WALL_CELLS) * self.grid.cell();
+                let is_near = distance <= reach && nearest.is_none_or(|(d, _)| distance < d);
                 let looks_alike = || self.part.facet_normal(place.triangle).is_some_and(|n| n.dot(normal) > 0.5);
                 if is_near && looks_alike() {
                     nearest = Some((distance, place));
@@ -214,6 +216,10 @@ impl TilePlaces {
         }
     }
 }
+
+/// Distance of a place from a point of a wall along the lines, in cells: where the lines are within
+/// 5° of the surface, one of those around is nearer.
+const WALL_CELLS: f64 = 8.0;
 
 /// Two maps and a part.
 struct Held<'a> {

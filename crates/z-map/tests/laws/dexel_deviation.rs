@@ -238,6 +238,42 @@ fn stock_is_made_anew_on_the_lines_of_a_map_that_was_moved() {
     assert!(DexelMap::of_mesh_on(&open, before.grid(), (-0.5, false)).is_err());
 }
 
+/// A wall along the lines is measured beside its rounded end alone, and a slope everywhere.
+#[test]
+fn a_wall_along_the_lines_is_not_measured_on_the_surface_at_its_end() {
+    let (slope, half) = (0.1_f64, 10.0);
+    for [foot, top] in [[0.0, 30.0], [0.0, 200.0]] {
+        // A block with a wall at x = 10 and a slope beside x = −10, 0.1 from the lines.
+        let run = (top - foot) * slope;
+        let corner = |x: f64, y: f64, z: f64| Point3::new(x, y, z);
+        let profile = [[half, foot], [half, top], [half - 1.0, top + 1.0], [-half, top], [-half - run, foot]];
+        let n = profile.len();
+        let at = |y: f64| profile.map(|[x, z]| corner(x, y, z));
+        let vertices: Vec<Point3<f64>> = at(-40.0).into_iter().chain(at(40.0)).collect();
+        let mut triangles: Vec<[u32; 3]> = Vec::new();
+        for k in 0..n {
+            let (a, b) = (k as u32, ((k + 1) % n) as u32);
+            triangles.extend([[a, a + n as u32, b], [b, a + n as u32, b + n as u32]]);
+        }
+        for k in 1..n as u32 - 1 {
+            triangles.extend([[0, k, k + 1], [n as u32, n as u32 + k + 1, n as u32 + k]]);
+        }
+        let mesh = TriMesh::new(vertices, triangles).unwrap();
+        let part = surface(mesh);
+        let stock = DexelMap::of_mesh_with_allowance(part.mesh(), &Isometry3::identity(), 1.0, 0.5).unwrap();
+        let deviation = stock.deviation(&stock, &part, &Silent).unwrap();
+        let wall = |z: f64| deviation.near(&corner(half, 0.3, z), &Vector3::x());
+        assert!(wall(top - 1.0).is_some(), "beside the chamfer");
+        assert!((1..20).all(|k| wall(f64::from(k) / 20.0 * (top - 10.0)).is_none()));
+        let normal = Vector3::new(-1.0, 0.0, slope).normalize();
+        for k in 1..20 {
+            let z = foot + f64::from(k) / 20.0 * (top - foot - 15.0);
+            let place = deviation.near(&corner(-half - run + slope * (z - foot), 0.3, z), &normal);
+            assert!(place.is_some_and(|place| (place.deviation - 0.5).abs() < 1e-6), "{z} {place:?}");
+        }
+    }
+}
+
 /// Cancels at once.
 struct CancelAtOnce;
 
