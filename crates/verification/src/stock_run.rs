@@ -169,8 +169,8 @@ pub fn cut_stock<const N: usize>(
         _ => rest.volume(),
     };
     let before = match &cut.deviation {
-        Some(deviation) if deviation.since_stock && across.is_empty() => {
-            vec![meshes.map_on(on.scene.job, on.scene.setup, &rest)?]
+        Some(deviation) if deviation.since_stock => {
+            maps().map(|lines| meshes.map_on(on.scene.job, on.scene.setup, lines)).collect::<Result<_, _>>()?
         }
         Some(_) => maps().cloned().collect(),
         None => Vec::new(),

@@ -186,7 +186,8 @@ fn run_sections(
         region => region,
     };
     let mut rest = arguments.rest.as_ref().map(|rest| read_rest(&job, setups.start, rest)).transpose()?;
-    let mut painted = None;
+    // Whether each part so far ran with its own tool, and none was missing.
+    let (mut is_whole, mut painted) = (true, None);
     let (mut texts, mut results, mut clean) = (String::new(), Vec::new(), true);
     let without = without_part(arguments, &job, setups.clone())?;
     let has_part = |setup: &usize| !without.contains(setup);
@@ -198,28 +199,30 @@ fn run_sections(
         let tool = section.called_tool();
         let mut left = (next..setups.end).filter(has_part);
         let first = left.clone().next();
-        let Some(setup) = left.find(|&s| Some(job.for_setup(s).tool.number()) == tool).or(first) else {
+        let own = left.find(|&s| Some(job.for_setup(s).tool.number()) == tool);
+        is_whole &= own.is_some() || tool.is_none();
+        let Some(setup) = own.or(first) else {
             texts += &format!("tool change {} of {}: A TOOL TOO MANY, T{}\n", k + 1, sections.len(), tool.unwrap_or(0));
             clean = false;
-            // What the whole program leaves is not known.
-            rest = None;
             break;
         };
         for skipped in next..setup {
             if has_part(&skipped) {
                 texts += &format!("no tool change for \"{}\": A TOOL IS MISSING\n", job.file.setups[skipped].name);
-                clean = false;
+                (clean, is_whole) = (false, false);
             }
             job.programs.add(skipped, None, dialect);
         }
         next = setup + 1;
+        is_whole &= k + 1 < sections.len() || !(next..setups.end).any(|missing| has_part(&missing));
         let mut cut = cut_of(arguments, rest.take())?;
         if let Some(cut) = &mut cut {
             if cut.rest.is_none() {
                 cut.region = region;
             }
-            // The stock behind all parts is compared, with what the job's stock was.
-            let compared = cut.deviation.take().filter(|_| k + 1 == sections.len());
+            // The stock behind the last part is compared with the part; all that the setup's own stock
+            // lost counts as cut.
+            let compared = cut.deviation.take().filter(|_| is_whole && k + 1 == sections.len());
             cut.deviation = compared.map(|compared| DeviationRequest { since_stock: true, ..compared });
         }
         let request = request_of(arguments, (setup, Some(k)), cut, dialect);
@@ -256,14 +259,17 @@ fn run_sections(
         texts += &format!("  {}: {}\n", if left.is_kept() { "finished" } else { "NOT FINISHED" }, left.in_words());
         clean &= left.is_kept();
     }
-    let of_stock = [
-        ("--rest-out", &arguments.rest_out, rest.is_some()),
-        ("--rest-mesh", &arguments.rest_mesh, rest.is_some()),
-        ("--deviation", &arguments.deviation, painted.is_some()),
-    ];
-    for (option, file, is_known) in of_stock {
-        if let Some(file) = file.as_ref().filter(|_| !is_known) {
-            texts += &format!("{option} {}: NOT WRITTEN, the program was not run to its end\n", file.display());
+    if !is_whole {
+        // What the programs leave together is not known.
+        (rest, painted) = (None, None);
+        let of_stock = [
+            ("--rest-out", arguments.rest_out.is_some()),
+            ("--rest-mesh", arguments.rest_mesh.is_some()),
+            ("--deviation", arguments.deviation.is_some()),
+            ("--deviation-tolerance-mm", arguments.deviation_tolerance_mm.is_some()),
+        ];
+        for (option, _) in of_stock.into_iter().filter(|(_, is_requested)| *is_requested) {
+            texts += &format!("{option}: NOT DONE, as the parts are not those of the job's tools\n");
         }
     }
     let made = outputs(arguments, &results, (rest, painted))?;
@@ -323,7 +329,7 @@ fn cut_of(arguments: &VerifyArguments, rest: Option<DexelMap>) -> Result<Option<
     let deviation = is_compared.then_some(DeviationRequest {
         tolerance: arguments.deviation_tolerance_mm,
         painted: arguments.deviation.is_some(),
-        since_stock: false,
+        since_stock: arguments.program.has_programs_before(),
     });
     if let Some(rest) = rest {
         let cell = rest.grid().cell();

@@ -98,8 +98,8 @@ pub struct CuspsAtEnd {
     pub kept: bool,
     /// Largest cusp permitted, mm.
     pub limit_mm: f64,
-    /// Highest of the places beside them after all programs; `null` of more than 4,000 points, and
-    /// where there is no place.
+    /// Highest of the places beside them after all programs, or of all of the region where a point
+    /// has no place; `null` of more than 4,000 points, and where places do not show all.
     pub highest_at_end: Option<LeftAtEndPlace>,
 }
 
@@ -109,7 +109,8 @@ impl CuspsAtEnd {
     pub fn in_words(&self) -> String {
         let Self { points, kept, limit_mm, highest_at_end } = self;
         let state = if *kept { "within" } else { "not known to be within" };
-        let highest = highest_at_end.map_or_else(String::new, |highest| format!(", highest beside them {highest}"));
+        let highest = highest_at_end
+            .map_or_else(String::new, |highest| format!(", the highest place measured for them {highest}"));
         format!("predicted cusps at {points} points are {state} {limit_mm:.3} mm after all programs{highest}")
     }
 }

@@ -233,8 +233,8 @@ fn the_page_lists_what_later_programs_do_not_lower() {
     }
     assert!(
         page.contains(
-            "predicted cusps at 7 points are within 0.100 mm after all programs, highest beside them 0.062 mm at \
-             (4.0, 5.0, 6.0); cut deeper by up 2, up 3<"
+            "predicted cusps at 7 points are within 0.100 mm after all programs, the highest place measured for \
+             them 0.062 mm at (4.0, 5.0, 6.0); cut deeper by up 2, up 3<"
         ),
         "{page}"
     );

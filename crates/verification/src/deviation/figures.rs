@@ -114,3 +114,7 @@ pub(crate) fn beyond(place: DeviationPoint, allowances: &[f64], lacks: Option<f6
     let is_lacking = !place.is_cut && lacks.is_some_and(|tolerance| deviation < -tolerance);
     DeviationPoint { deviation: if is_lacking { f64::NEG_INFINITY } else { deviation }, ..place }
 }
+
+#[cfg(test)]
+#[path = "../../tests/unit/deviation/figures.rs"]
+mod tests;

@@ -85,7 +85,7 @@ impl OpenCusps {
 
     fn at_end(&self) -> CuspsAtEnd {
         let higher = |a: SurfacePlace, b: SurfacePlace| if b.stock > a.stock { b } else { a };
-        let highest = self.on.iter().copied().filter(|_| self.has_heights).reduce(higher);
+        let highest = self.on.iter().copied().filter(|_| self.has_heights && self.is_known).reduce(higher);
         CuspsAtEnd {
             points: self.points,
             kept: self.are_kept(),

@@ -217,8 +217,8 @@ impl TilePlaces {
     }
 }
 
-/// Distance of a place from a point of a wall along the lines, in cells: where the lines are within
-/// 5° of the surface, one of those around is nearer.
+/// Largest distance of a place from a point, in cells. Where the lines are 5° or more off the surface
+/// one of those around it has a nearer place; along steeper walls there may be none.
 const WALL_CELLS: f64 = 8.0;
 
 /// Two maps and a part.

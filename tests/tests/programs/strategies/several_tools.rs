@@ -168,22 +168,22 @@ fn assert_compared_at_the_end(job: &JobFolder) {
     let joined =
         verify(&format!("@out/program.nc {cell} {compared} --deviation @all.glb --rest-out @all.rest -o @all.json"));
     assert!(joined.prints(&["deviation         within tolerance to 0.100 mm"]), "{}", joined.printed);
-    verify(&format!("@out/program-top-1-large.nc --setup 1 {cell} --rest-out @first.rest"));
+    verify(&format!("@out/program-top-1-large.nc --setup 1 {cell} {compared} --rest-out @first.rest -o @first.json"));
     let second = "@out/program-top-2-small.nc --setup 2 --after 1=@out/program-top-1-large.nc --rest @first.rest";
     verify(&format!("{second} {compared} --stock-tolerance-mm 0.002 --rest-out @second.rest -o @second.json"));
     let bytes = |name: &str| std::fs::read(job.path(name)).unwrap_or_else(|e| panic!("{name}: {e}"));
     assert!(bytes("all.rest") == bytes("second.rest") && bytes("all.glb").starts_with(b"glTF"));
-    let (all, second) = (job.json("all.json"), job.json("second.json"));
+    let (all, first, second) = (job.json("all.json"), job.json("first.json"), job.json("second.json"));
     let parts = all.as_array().expect("a list");
     assert!(parts.len() == 2 && parts[0]["deviation"].is_null());
     let area = |of: &Value, kind: &str| of["deviation"]["part"]["area_mm2"][kind].as_f64().expect("an area");
     let kinds = ["within", "gouged", "excess", "not_reached", "no_stock", "not_measured"];
-    let [of_all, of_second] = [&parts[1], &second].map(|of| kinds.map(|kind| area(of, kind)));
-    let [sum, same] = [of_all, of_second].map(|areas| areas.iter().sum::<f64>());
-    assert!((sum - same).abs() < 1e-6 * sum, "{of_all:?} {of_second:?}");
-    assert_eq!((of_all[1], of_all[4], of_all[5]), (of_second[1], of_second[4], of_second[5]));
-    // The small mill alone has cut the band in the middle, both of them three times as much.
-    assert!(of_all[0] > 1.5 * of_second[0] && of_all[3] < of_second[3], "{of_all:?} {of_second:?}");
+    let [of_all, of_first, of_second] = [&parts[1], &first, &second].map(|of| kinds.map(|kind| area(of, kind)));
+    assert_eq!(of_all, of_second, "behind both programs");
+    // The large mill alone leaves the band in the middle.
+    let [sum, same] = [of_all, of_first].map(|areas| areas.iter().sum::<f64>());
+    assert!((sum - same).abs() < 1e-6 * sum, "{of_all:?} {of_first:?}");
+    assert!(of_all[0] > of_first[0] + 100.0 && of_all[3] < of_first[3] - 100.0, "{of_all:?} {of_first:?}");
 }
 
 #[test]
@@ -270,6 +270,17 @@ fn a_tool_with_nothing_to_cut_has_no_part_in_the_program_of_all_tools() {
     // A setup that has a part is not without one.
     let wrong = verify("--without 2 --without 3");
     assert!(wrong.code == 1 && wrong.prints(&["A TOOL TOO MANY, T1"]), "{}{}", wrong.printed, wrong.errors);
+    // Behind other parts than the job's the stock is not handed on.
+    let cut = "@out/program.nc --stock-cell-mm 2 --rest-out @wrong.rest --deviation @wrong.glb --rest-mesh @wrong.stl";
+    for without in ["--without 2 --without 3", ""] {
+        let wrong = verify_in(&job, &format!("{cut} {without}"));
+        for option in ["--rest-out", "--rest-mesh", "--deviation"] {
+            assert!(wrong.code == 1 && wrong.prints(&[option, "NOT DONE"]), "{}{}", wrong.printed, wrong.errors);
+        }
+        assert!(["wrong.rest", "wrong.stl", "wrong.glb"].iter().all(|name| !job.path(name).exists()));
+    }
+    let whole = verify_in(&job, &format!("{cut} --without 2"));
+    assert!(whole.code == 0 && job.path("wrong.stl").exists(), "{}{}", whole.printed, whole.errors);
     let unknown = verify("--without 9");
     assert!(unknown.is_refused_for(&["9"]), "{}{}", unknown.printed, unknown.errors);
     let alone = verify("--setup 1 --without 2");
@@ -439,17 +450,25 @@ fn assert_handed_on(job: &JobFolder) {
     let verify = |words: &str| verify_in(job, words);
     let first = verify("@out/program-top.h --setup top --stock-cell-mm 1 --rest-out @top.rest");
     assert_eq!(first.code, 0, "{}{}", first.printed, first.errors);
-    let second = "@out/program-again.h --setup again --rest @top.rest --deviation-tolerance-mm 0.1";
+    let second =
+        "@out/program-again.h --setup again --rest @top.rest --deviation-tolerance-mm 0.1 --stock-tolerance-mm 0.002";
     let all = verify(&format!("{second} --after top=@out/program-top.h -o @all.json"));
     assert_eq!(all.code, 0, "{}{}", all.printed, all.errors);
     let each = ["1-mill", "2-finer", "3-mill"].map(|of| format!("--after {}=@out/program-top-{of}.h", &of[..1]));
     let each = verify(&format!("{second} {} -o @each.json", each.join(" ")));
     assert_eq!(each.code, 0, "{}{}", each.printed, each.errors);
     assert_eq!(read(job, "all.json").replace("all.json", "each.json"), read(job, "each.json"));
-    let parts = job.json("all.json");
-    let part = parts[1]["deviation"]["part"]["area_mm2"].as_object().expect("areas of the part");
-    let area = |kind: &str| part[kind].as_f64().expect("an area");
-    assert!(area("within") > 0.0 && area("gouged") == 0.0, "{part:?}");
+    // Without it less is known.
+    let none = verify(&format!("{second} -o @none.json"));
+    assert!(none.code == 0 && read(job, "none.json") != read(job, "each.json"), "{}{}", none.printed, none.errors);
+    // The last tool alone, without the programs before it, has not cut what they did.
+    let alone = "@out/program-again-2-finer.h --setup 5 --rest @top.rest --deviation-tolerance-mm 0.1";
+    let done = verify(&format!("{alone} --stock-tolerance-mm 0.002 -o @alone.json"));
+    assert_eq!(done.code, 0, "{}{}", done.printed, done.errors);
+    let [parts, alone] = ["all.json", "alone.json"].map(|name| job.json(name));
+    let area = |of: &Value, kind: &str| of["deviation"]["part"]["area_mm2"][kind].as_f64().expect("an area");
+    let not_reached = [&parts[1], &alone].map(|of| area(of, "not_reached"));
+    assert!(not_reached[0] + 1.0 < not_reached[1] && area(&parts[1], "gouged") == 0.0, "{not_reached:?}");
     // A tool too many, and a program that is not there.
     let wrong = verify(&format!("{second} --after again=@out/program-top.h"));
     assert!(wrong.is_refused_for(&["program-top.h", "tool change 3 calls T1"]), "{}", wrong.errors);

@@ -82,6 +82,11 @@ impl ProgramArguments {
 }
 
 impl ProgramArguments {
+    /// Returns whether programs that run before are given.
+    pub(crate) fn has_programs_before(&self) -> bool {
+        !self.after.is_empty()
+    }
+
     /// Adds a program that runs before, SETUP=FILE, to those of the job: of a setup with several
     /// tools each part as the program of its tool.
     fn add_before(&self, job: &mut Job, value: &str, dialect: Dialect) -> Result<(), Failure> {
@@ -96,12 +101,14 @@ impl ProgramArguments {
         let program = job.read_program(&text, dialect).map_err(|e| Failure::input(&path, e))?;
         let parts: Vec<Option<u32>> =
             job.parts_of(&program, setups.start).iter().map(ReadProgram::called_tool).collect();
-        // What has no part cuts nothing.
+        // What has no part is taken to cut nothing, so that more material is left.
         setups.clone().for_each(|setup| job.programs.add(setup, None, dialect));
         let mut left = setups;
         for (k, tool) in parts.into_iter().enumerate() {
-            let Some(setup) = left.find(|&setup| Some(job.for_setup(setup).tool.number()) == tool) else {
-                let called = tool.map_or_else(|| "no tool".to_owned(), |tool| format!("T{tool}"));
+            // A tool without a number is taken to be the next one.
+            let is_own = |setup: &usize| tool.is_none_or(|tool| job.for_setup(*setup).tool.number() == tool);
+            let Some(setup) = left.find(is_own) else {
+                let called = tool.map_or_else(|| "a tool".to_owned(), |tool| format!("T{tool}"));
                 let why =
                     format!("--after {value}: its tool change {} calls {called}, which no setup has there", k + 1);
                 return Err(Failure::input(&path, why));

@@ -15,7 +15,8 @@ pub struct DeviationReport {
     /// largest `limit_mm` of the setup's operations: their `cusp_mm` with path chord, linearisation
     /// and gouge tolerance.
     pub tolerance_mm: f64,
-    /// Largest error of deviations on lines: twice `--stock-tolerance-mm`.
+    /// Largest error of deviations on lines: twice `--stock-tolerance-mm`. What `--rest` hands on
+    /// has the error of the commands that cut it.
     pub uncertainty_mm: f64,
     /// Whether the program has cut deeper than the gouge limit and the uncertainty permit, or
     /// through a surface that is not closed; the exit code is then 1, as with a finding. The
