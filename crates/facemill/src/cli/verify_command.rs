@@ -220,8 +220,8 @@ fn run_sections(
             if cut.rest.is_none() {
                 cut.region = region;
             }
-            // The stock behind the last part is compared with the part; all that the setup's own stock
-            // lost counts as cut.
+            // The stock behind the last part is compared with the part; all that the setup's own
+            // stock lost counts as cut.
             let compared = cut.deviation.take().filter(|_| is_whole && k + 1 == sections.len());
             cut.deviation = compared.map(|compared| DeviationRequest { since_stock: true, ..compared });
         }

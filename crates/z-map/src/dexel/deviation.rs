@@ -217,8 +217,8 @@ impl TilePlaces {
     }
 }
 
-/// Largest distance of a place from a point, in cells. Where the lines are 5° or more off the surface
-/// one of those around it has a nearer place; along steeper walls there may be none.
+/// Largest distance of a place from a point, in cells. Where the lines are 5° or more off the
+/// surface, one of those around it has a nearer place; along steeper walls there may be none.
 const WALL_CELLS: f64 = 8.0;
 
 /// Two maps and a part.
