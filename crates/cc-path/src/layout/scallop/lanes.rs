@@ -1,12 +1,8 @@
 //! Steps of a front: how far it advances at each place along it.
 
-use std::f64::consts::TAU;
-
 use crate::distance::curve_distance::CurveFoot;
 use crate::distance::source_curve::SourceCurve;
 use crate::layout::pass_level::Gain;
-use crate::layout::scallop::coverage::COVERED;
-use crate::layout::scallop::surface_path::turns_evenly;
 
 /// A stretch of a lane: what lies ahead of the front there.
 #[derive(Clone, Debug, Default)]
@@ -24,8 +20,6 @@ struct Bin {
 struct Lane {
     width: f64,
     closed: bool,
-    /// Whether it goes round and turns evenly, and no other lane comes from the other side.
-    is_ring: bool,
     bins: Vec<Bin>,
     /// Whether nothing more is to be laid ahead of a stretch.
     done: Vec<bool>,
@@ -95,10 +89,6 @@ struct PartialPass {
     rate: f64,
 }
 
-/// Difference in widths of the radius of a closed front, by its length, from the depth within it,
-/// up to which that is a disc: the vertex nearest to its middle is up to 0.15 away.
-const ROUND: f64 = 0.15;
-
 /// Stretches of a lane at most.
 const MOST_BINS: usize = 2048;
 
@@ -111,7 +101,6 @@ impl Lanes {
             Lane {
                 width: curve.length() / n as f64,
                 closed: curve.is_closed(),
-                is_ring: curve.is_closed() && turns_evenly(&curve.positions().map(|at| at.0).collect::<Vec<_>>()),
                 bins: vec![Bin::default(); n],
                 span: None,
                 done: vec![false; n],
@@ -129,23 +118,18 @@ impl Lanes {
         let depth = corners.iter().map(|c| c.1.distance).fold(0.0, f64::max);
         let one_lane = corners.iter().all(|c| c.0 == lane);
         let bins: Vec<usize> = corners.iter().map(|c| self.lanes[c.0].bin(c.1.at.way)).collect();
-        if is_met || !one_lane {
+        let (low, high) = (bins.iter().copied().min().unwrap_or(0), bins.iter().copied().max().unwrap_or(0));
+        let wraps = self.lanes[lane].closed && 2 * (high - low) > self.lanes[lane].bins.len();
+        if is_met || !one_lane || wraps {
             for ((lane, foot, _), bin) in corners.iter().zip(bins) {
                 let far = foot.distance;
-                self.lanes[*lane].is_ring &= one_lane;
                 self.lanes[*lane].bins[bin].enter([from.min(far), far, width], far, is_met);
             }
             return;
         }
-        let Lane { closed, bins: all, .. } = &mut self.lanes[lane];
-        let (n, ends) =
-            (all.len(), |bins: &[usize]| bins.iter().fold((usize::MAX, 0), |(a, b), &i| (a.min(i), b.max(i))));
-        let (mut low, mut high) = ends(&bins);
-        if *closed && 2 * (high - low) > n {
-            // Over the seam of a closed curve.
-            (low, high) = ends(&bins.iter().map(|&i| if 2 * i < n { i + n } else { i }).collect::<Vec<_>>());
+        for bin in &mut self.lanes[lane].bins[low..=high] {
+            bin.enter([from, depth, width], depth, false);
         }
-        (low..=high).for_each(|i| all[i % n].enter([from, depth, width], depth, false));
     }
 
     /// Finds the steps; `arrival` gives the sum of steps at a way of a curve.
@@ -236,10 +220,6 @@ impl Lane {
     fn find_steps(&mut self, settings: &StepSettings, arrivals: &[f64], cycle: &mut Gain) {
         let n = self.bins.len();
         self.bins.iter_mut().for_each(Bin::sort);
-        if let Some(step) = self.to_last_rings(settings) {
-            (*cycle, self.steps) = (Gain::default(), vec![step; n]);
-            return;
-        }
         let nothing = vec![0.0; n];
         let targets = self.targets(&nothing, settings);
         self.done = targets.iter().map(Option::is_none).collect();
@@ -257,27 +237,6 @@ impl Lane {
                 (self.steps, self.span) = (partial.levels, Some((partial.span, partial.side)));
             }
             _ => (*cycle, self.steps) = (Gain::default(), full),
-        }
-    }
-
-    /// The step to one of the last two rings within a closed front, where it goes round a place
-    /// like a disc: stretches, each by what lies ahead of it, would leave parts of rings.
-    fn to_last_rings(&self, settings: &StepSettings) -> Option<f64> {
-        let deepest = self.bins.iter().map(|b| b.depth).fold(0.0, f64::max);
-        let allowed = self.bins.iter().map(|b| b.allowed(0.0, settings.share)).fold(f64::INFINITY, f64::min);
-        let (width, radius) = (allowed / settings.share, self.width * self.bins.len() as f64 / TAU);
-        let is_met = self.is_ring && self.bins.iter().any(|b| b.is_met);
-        if !is_met || !width.is_finite() || (radius - deepest).abs() > ROUND * width {
-            return None;
-        }
-        let radius = radius.max(deepest);
-        // From the middle to the pass before: that of a border would be half a strip outside.
-        let open = radius + (1.0 - settings.share) * width;
-        // The last ring reaches half a strip in and out.
-        let ring = f64::max(0.25 * width, 0.5 * open - 0.25 * width).min(0.5 * radius);
-        match open / width {
-            strips if strips <= 0.5 * COVERED || strips > 2.0 => None,
-            strips => Some(if strips <= 1.5 { radius - ring } else { allowed }),
         }
     }
 

@@ -1,5 +1,3 @@
-use std::f64::consts::PI;
-
 use facemill_surface_model::level_curves_among;
 use nalgebra::{Point3, Unit};
 
@@ -22,12 +20,6 @@ pub(crate) struct SurfacePath {
 /// Turn of a path within its spacing from which it is a corner, 35°: a pass ends there and another
 /// begins, because no posture follows it at feed.
 const CORNER_COS: f64 = 0.82;
-
-/// Nodes of a small ring, by which its corners are found: even turns are 22° at each.
-const RING_NODES: f64 = 16.0;
-
-/// Turn at a node of a ring, over that of a circle of the same length, up to which it is no corner.
-const EVEN: f64 = 1.5;
 
 impl SurfacePath {
     /// The path with its nodes about `spacing` (mm) apart, as a curve to measure from.
@@ -140,17 +132,7 @@ impl SurfacePath {
         }
     }
 
-    /// Whether it is a small ring that turns evenly, at each node by as much as a corner.
-    fn is_small_ring(&self, spacing: f64) -> bool {
-        let fine = self.length() / RING_NODES;
-        let nodes = || self.spaced(fine).into_iter().map(|k| self.nodes[k]).collect::<Vec<_>>();
-        self.closed && fine < spacing && turns_evenly(&nodes())
-    }
-
     fn split_at_corners(self, spacing: f64) -> Vec<Self> {
-        if self.is_small_ring(spacing) {
-            return vec![self];
-        }
         let kept = self.spaced(spacing);
         let n = kept.len();
         let at = |k: usize| self.nodes[kept[k % n]];
@@ -191,19 +173,6 @@ impl SurfacePath {
         let part = |w: &[usize]| self.open(&(w[0]..=w[1]).map(|k| k % all).collect::<Vec<_>>());
         cuts.windows(2).filter_map(part).collect()
     }
-}
-
-/// Whether a closed line through nodes turns at none of them as at a corner, or not by much more
-/// than a circle would.
-pub(crate) fn turns_evenly(nodes: &[Point3<f64>]) -> bool {
-    let n = nodes.len();
-    let chord = |k: usize| nodes[(k + 1) % n] - nodes[k % n];
-    let length: f64 = (0..n).map(|k| chord(k).norm()).sum();
-    (0..n).all(|k| {
-        let (before, after) = (chord(k), chord(k + 1));
-        let most = EVEN * PI * (before.norm() + after.norm()) / length;
-        before.dot(&after) >= CORNER_COS.min(most.min(PI).cos()) * before.norm() * after.norm()
-    })
 }
 
 /// The curves on which a function is 0, with higher values on the left; `values` are those at the
