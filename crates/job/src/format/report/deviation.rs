@@ -73,8 +73,8 @@ pub struct DeviationAreas {
     pub excess: f64,
     /// As it was before the program, with stock on it.
     pub not_reached: f64,
-    /// Of a surface that is not closed: no stock at all under it. Of a program that changes tools
-    /// also where the setup's own stock lacks material.
+    /// Of a surface that is not closed: no stock at all under it. Of a program that changes tools,
+    /// or with `--after`, also where the setup's own stock lacks material.
     pub no_stock: f64,
     /// No line goes through the surface near it: walls along the lines, surfaces inside another
     /// shell, and those that the lines of the stock do not reach.
