@@ -5,6 +5,7 @@ pub mod cell;
 pub mod cl_path;
 pub mod left_stock;
 pub(crate) mod level_passes;
+pub mod link_times;
 pub mod pass_surface;
 pub mod path;
 pub mod program_spec;

@@ -18,6 +18,7 @@ use rayon::prelude::*;
 
 use crate::chips::Chip;
 use crate::linearity::Linearity;
+use crate::links::LinkTime;
 use crate::moves::lead::{CutRegion, leads};
 use crate::moves::order::{PassOrderReport, ordered};
 use crate::moves::reached::{Reached, outer};
@@ -187,25 +188,34 @@ pub fn operation_moves(
     left_out: &mut Vec<LeftOut>,
     monitor: &dyn Monitor,
 ) -> Result<OperationMoves, PathError> {
-    region_moves(test, settings, None, pieces, from, left_out, monitor)
+    region_moves(test, settings, &MoveContext::default(), pieces, from, left_out, monitor)
 }
 
-/// Returns the moves of an operation, as [`operation_moves`] does. Entries and exits lead over the
-/// border of the region that it is to cut, where one is given: as far as the region goes on in the
-/// half strips beside their way.
+/// Region and links of an operation's moves.
+#[derive(Clone, Copy, Default)]
+pub struct MoveContext<'c> {
+    /// Region that the operation is to cut: entries and exits lead over its border, as far as it
+    /// goes on in the half strips beside their way.
+    pub region: Option<&'c dyn CutRegion>,
+    /// Times of links, for the shortest order; `None` for those of their slowest axes.
+    pub link_time: Option<&'c LinkTime<'c>>,
+}
+
+/// Returns the moves of an operation, as [`operation_moves`] does, with its region and the times of
+/// its links.
 ///
 /// # Errors
 /// As [`operation_moves`].
 pub fn region_moves(
     test: &PoseTest<'_>,
     settings: &MoveSettings,
-    region: Option<&dyn CutRegion>,
+    context: &MoveContext<'_>,
     pieces: Vec<PassSegment>,
     from: Option<Move>,
     left_out: &mut Vec<LeftOut>,
     monitor: &dyn Monitor,
 ) -> Result<OperationMoves, PathError> {
-    let all_leads = leads(&pieces, [&settings.entry, &settings.exit], region, test.cell.tool.cutter().radius());
+    let all_leads = leads(&pieces, [&settings.entry, &settings.exit], context.region, test.cell.tool.cutter().radius());
     let reached: Vec<(Option<Reached>, Vec<LeftOut>)> = pieces
         .into_par_iter()
         .zip(all_leads)
@@ -225,7 +235,8 @@ pub fn region_moves(
     let (turned, order, links) = loop {
         pieces.iter_mut().enumerate().for_each(|(k, piece)| piece.laid = k);
         let turns = turns(test, settings, &pieces, monitor)?;
-        let (turned, order) = in_order(test, settings, from.as_ref(), chains(pieces, turns), monitor)?;
+        let timed = (settings, context.link_time);
+        let (turned, order) = in_order(test, timed, from.as_ref(), chains(pieces, turns), monitor)?;
         let links = Links::find(test, settings, from.as_ref(), &turned, monitor)?;
         let stuck = links.stuck_ends(test, settings, &turned);
         if stuck.iter().all(|ends| *ends == [false; 2]) {
@@ -279,17 +290,15 @@ fn freed(
 /// it open.
 fn in_order(
     test: &PoseTest<'_>,
-    settings: &MoveSettings,
+    timed: (&MoveSettings, Option<&LinkTime<'_>>),
     from: Option<&Move>,
     chains: Vec<TurnChain>,
     monitor: &dyn Monitor,
 ) -> Result<(TurnChain, Option<PassOrderReport>), PathError> {
-    if !settings.shortest_order {
+    if !timed.0.shortest_order {
         return Ok((chains.into_iter().flatten().collect(), None));
     }
-    let home = test.cell.machine.home();
-    let start = from.map_or(home, |m| m.axes);
-    let (sorted, report) = ordered(test.cell.machine, test.cell.tool, &start, chains, monitor)?;
+    let (sorted, report) = ordered(test, timed, from, chains, monitor)?;
     Ok((sorted.into_iter().flatten().collect(), Some(report)))
 }
 

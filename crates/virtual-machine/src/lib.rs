@@ -125,4 +125,6 @@ pub use finding::{
 pub use lengths::{
     ClearLengths, ForcedBy, LengthSettings, LengthStock, clear_lengths, posted_for_length, words_of_length,
 };
-pub use links::{LinkDistances, LinkHold, LinkSettings, LinkStage, ProgramLink, links_off_first_stock, run_links};
+pub use links::{
+    LinkDistances, LinkHold, LinkSettings, LinkStage, ProgramLink, links_off_first_stock, run_links, with_first_stock,
+};

@@ -70,6 +70,14 @@ pub struct LinkSettings {
     pub tolerance: f64,
 }
 
+impl ProgramLink {
+    /// Returns a link of one law from a position through others, at rapid rate, that is not in a
+    /// program yet.
+    pub fn outside_programs(start: AxisValues, ends: Vec<AxisValues>, law: BlockLaw) -> Self {
+        Self { blocks: Vec::new(), start, ends, law, hold: None, section: 0, first: 0 }
+    }
+}
+
 /// Distances that the whole tool is proven to keep, at every time of the motion, whatever has been
 /// cut.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -191,30 +199,56 @@ pub fn links_off_first_stock<T: Send>(
     look: &(dyn Fn(&ProgramLink, &LinkStage<'_, '_>) -> T + Sync),
     monitor: &dyn Monitor,
 ) -> Result<Vec<T>, VerifyError> {
+    let settings = &VerifySettings { as_cut: HeldAsCut::NOTHING, ..verify.clone() };
+    let look_at = |stage: &LinkStage<'_, '_>| look_at_links(program, (settings, stage), look, monitor);
+    Ok(with_first_stock(heads, (verify, keep), look_at)??)
+}
+
+/// Runs `of` with all that is in the way of links that keep off the stock as it was before anything
+/// was cut: it tests ways without a program.
+///
+/// # Errors
+/// When a setup or a setting makes no sense.
+pub fn with_first_stock<T>(
+    heads: &[&VirtualSetup<'_>],
+    (verify, keep): (&VerifySettings, LinkDistances),
+    of: impl FnOnce(&LinkStage<'_, '_>) -> T,
+) -> Result<T, VerifyError> {
     for head in heads {
         check(head, verify, &[("fixtures", keep.fixtures), ("first_stock", keep.first_stock)])?;
     }
     let verify = &VerifySettings { as_cut: HeldAsCut::NOTHING, ..verify.clone() };
     let wide: Vec<VirtualSetup<'_>> = heads.iter().map(|head| wider(head, keep.fixtures, keep.first_stock)).collect();
     let scenes: Vec<RunScene<'_>> = wide.iter().map(|wide| RunScene::new(wide, verify)).collect::<Result<_, _>>()?;
-    let stage = LinkStage { scenes: &scenes, cut: None };
+    Ok(of(&LinkStage { scenes: &scenes, cut: None }))
+}
+
+/// Looks at every link of a program by itself, in parallel.
+///
+/// # Errors
+/// When the monitor cancels.
+fn look_at_links<T: Send>(
+    program: &ReadProgram,
+    (verify, stage): (&VerifySettings, &LinkStage<'_, '_>),
+    look: &(dyn Fn(&ProgramLink, &LinkStage<'_, '_>) -> T + Sync),
+    monitor: &dyn Monitor,
+) -> Result<Vec<T>, Cancelled> {
     // All heads have the same words, so the motions of all axes are the same.
-    let resolved: Vec<ResolvedMoves> = heads.iter().map(|head| resolve(program, head, verify)).collect();
+    let resolved: Vec<ResolvedMoves> = stage.scenes.iter().map(|scene| resolve(program, scene.setup, verify)).collect();
     let doubts: Vec<Doubts> = resolved.iter().map(|r| Doubts::new(program, &r.faults)).collect();
     let Some(resolved) = resolved.into_iter().next() else { return Ok(Vec::new()) };
     let links = links(program, &resolved.moves, &doubts);
     let on_links: usize = links.iter().map(|l| count_blocks(&resolved.moves[l.first..l.first + l.ends.len()])).sum();
     monitor.advance(count_blocks(&resolved.moves).saturating_sub(on_links));
-    let found: Result<Vec<T>, Cancelled> = links
+    links
         .par_iter()
         .map(|link| {
             monitor.checkpoint()?;
-            let found = look(link, &stage);
+            let found = look(link, stage);
             monitor.advance(count_blocks(&resolved.moves[link.first..link.first + link.ends.len()]));
             Ok(found)
         })
-        .collect();
-    Ok(found?)
+        .collect()
 }
 
 fn check(

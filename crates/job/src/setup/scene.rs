@@ -5,9 +5,10 @@ use std::path::Path;
 use facemill_cutter_location::Workcell;
 use facemill_inverse_kinematics::Machine;
 use facemill_nc_program::read::Compensation;
-use facemill_nc_program::{Dialect, ReadProgram, WordMap};
+use facemill_nc_program::{Dialect, FeedMode, ReadProgram, WordMap};
 use facemill_tool_model::ToolAssembly;
 use facemill_tool_path::links::LinkScene;
+use facemill_tool_path::links::words::LinkWords;
 use facemill_virtual_machine::motion::axis_motion::MotionContext;
 use facemill_virtual_machine::{ObstacleKind, VirtualObstacle, VirtualSetup};
 use facemill_z_map::ZMap;
@@ -125,6 +126,26 @@ impl<'a> Scene<'a> {
             tool_length: self.tool_length(),
             table_from_work: self.setup.table_from_work,
             clearance: clearance_surface(&self.setup.file.clearance),
+        }
+    }
+
+    /// Returns the settings for words of positions.
+    pub fn link_words(&self) -> LinkWords<'_> {
+        LinkWords {
+            machine: &self.job.machine,
+            tool_length: self.tool_length(),
+            words: &self.words,
+            table_from_rtcp_words: self.rtcp_frame,
+            decimals: self.job.post.decimals(),
+        }
+    }
+
+    /// Returns the tool length compensation in force on links of a program for one head.
+    pub fn compensation(&self) -> Compensation {
+        let register = self.job.tool.length_register();
+        match self.job.post.feed_mode() {
+            FeedMode::Rtcp => Compensation::Rtcp(register),
+            FeedMode::G94 | FeedMode::G93 => Compensation::Length(register),
         }
     }
 

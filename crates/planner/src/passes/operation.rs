@@ -17,17 +17,20 @@ use facemill_job::frames::places;
 use facemill_job::planning_stock::PlanningStock;
 use facemill_job::setup::cell::{pass_settings, search_settings};
 use facemill_job::setup::cl_path::ClLaid;
+use facemill_job::setup::link_times::with_link_times;
 use facemill_job::setup::path::{LaidPath, lay_by_widths};
 use facemill_job::setup::scene::Scene;
 use facemill_job::stages::{BETWEEN, HELP, LAY, LINKS, PICTURE, PLACES, Stages};
 use facemill_job_check::reach::check_reach;
 use facemill_tool_model::cl_from_cc;
+use facemill_tool_path::links::LinkTime;
 use facemill_tool_path::moves::lead::CutRegion;
-use facemill_tool_path::moves::{Move, OperationMoves, region_moves};
+use facemill_tool_path::moves::{Move, MoveContext, OperationMoves, region_moves};
 use facemill_tool_path::segments::pole::Tests;
 use facemill_tool_path::segments::steep_cuts::{CutMotion, without_steep_cuts};
 use facemill_tool_path::segments::{LaidTask, LeftOut, PassSegment, copy_outcomes, filled, split};
 use facemill_tool_path::winding::wound;
+use facemill_verification::named_results::not_verified;
 use facemill_verification::operation_region::OperationRegion;
 use nalgebra::Point3;
 use rayon::prelude::*;
@@ -213,7 +216,14 @@ impl<'a> PlannedOperation<'a> {
         clock.lap("search");
         let picture = if task.picture { picture_of(&test, operation, &path.tasks, stages)? } else { None };
         let monitor = stages.start(LINKS, 2 * pieces.len());
-        let mut moves = region_moves(&test, &settings, region, pieces, from, &mut left_out, &*monitor)?;
+        let make = |link_time: Option<&LinkTime<'_>>| {
+            let context = MoveContext { region, link_time };
+            region_moves(&test, &settings, &context, pieces, from, &mut left_out, &*monitor)
+        };
+        let mut moves = match settings.shortest_order {
+            true => with_link_times(context.scene, make).map_err(not_verified)??,
+            false => make(None)?,
+        };
         drop(monitor);
         clock.lap("moves");
         let mut along = engagement_of_passes(job, setup, operation, &mut moves.pieces, stages)?;

@@ -7,7 +7,7 @@
 use facemill_inverse_kinematics::AxisValues;
 use facemill_job::failure::Failure;
 use facemill_job::format::report::links::{PlannedLinkReport, ShortenedLinks};
-use facemill_job::setup::scene::Scene;
+use facemill_job::setup::link_times::KEPT_OFF_FIRST_STOCK;
 use facemill_job::stages::{SHORTEN, Stages};
 use facemill_nc_program::ReadProgram;
 use facemill_nc_program::read::Compensation;
@@ -22,10 +22,6 @@ use facemill_virtual_machine::{
     links_off_first_stock, run_links,
 };
 use facemill_z_map::DexelMap;
-
-/// Fraction of the rapid clearance that is proven to be kept from the initial stock: links begin
-/// and end at the whole clearance, and the control may deviate from them slightly.
-pub(crate) const KEPT_OFF_FIRST_STOCK: f64 = 0.9;
 
 /// Links of a setup, with the results of the search.
 pub(crate) struct SearchedLinks {
@@ -187,17 +183,6 @@ impl RapidLines {
             Some(Some(why)) => Err(why.to_owned()),
             None => Err("its blocks are not those from one pass to the next alone".to_owned()),
         }
-    }
-}
-
-/// Returns the settings for words of positions of a scene.
-pub(crate) fn link_words<'a>(scene: &'a Scene<'_>) -> LinkWords<'a> {
-    LinkWords {
-        machine: &scene.job.machine,
-        tool_length: scene.job.tool.gauge_length(),
-        words: &scene.words,
-        table_from_rtcp_words: scene.rtcp_frame,
-        decimals: scene.job.post.decimals(),
     }
 }
 

@@ -8,15 +8,13 @@ use facemill_job::failure::Failure;
 use facemill_job::format::report::links::ShortenedLinks;
 use facemill_job::setup::scene::Scene;
 use facemill_job::stages::Stages;
-use facemill_nc_program::FeedMode;
-use facemill_nc_program::read::Compensation;
 use facemill_tool_path::links::clock::LinkClock;
 use facemill_tool_path::moves::{Move, MoveKind};
 use facemill_virtual_machine::Finding;
 use facemill_z_map::DexelMap;
 
 use crate::passes::operation::PlannedOperation;
-use crate::program::link_search::{LineMatch, LinkSearch, RapidLines, RunLines, SearchedLinks, link_words};
+use crate::program::link_search::{LineMatch, LinkSearch, RapidLines, RunLines, SearchedLinks};
 use crate::program::output::Texts;
 use crate::program::run_program::RunProgram;
 
@@ -117,11 +115,8 @@ impl PlannedLinks {
         let search = LinkSearch {
             heads: &[scene.link_scene()],
             clock: &LinkClock::new(&views),
-            words: link_words(scene),
-            compensation: match job.post.feed_mode() {
-                FeedMode::Rtcp => Compensation::Rtcp(job.tool.length_register()),
-                FeedMode::G94 | FeedMode::G93 => Compensation::Length(job.tool.length_register()),
-            },
+            words: scene.link_words(),
+            compensation: scene.compensation(),
             text: &text,
             rapids: RapidLines {
                 runs: rapid_runs(operations).into_iter().map(lines).collect(),

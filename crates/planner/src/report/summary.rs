@@ -245,8 +245,9 @@ fn order(of: &PassOrderReport) -> String {
     } else {
         format!(", at least {:.1} s in every order", of.lower_bound_s)
     };
+    let without = if of.timed_links == 0 { " without obstacles" } else { "" };
     format!(
-        "  order of passes   links of {:.1} s without obstacles, in place of {:.1} s as laid{bound}, operation \"{}\"",
+        "  order of passes   links of {:.1} s{without}, in place of {:.1} s as laid{bound}, operation \"{}\"",
         of.ordered_s, of.as_laid_s, of.operation
     )
 }

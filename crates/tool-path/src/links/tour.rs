@@ -1,6 +1,8 @@
 //! Order of passes with the shortest links: an open tour, in which each pass keeps its own
 //! direction and its place behind those that have to be cut before it.
 
+use std::collections::BTreeSet;
+
 use rayon::prelude::*;
 
 /// Costs of moving from one pass to another, in any unit that adds up, such as seconds.
@@ -126,6 +128,15 @@ impl TourCosts {
         (0..order.len()).all(behind)
     }
 
+    /// Raises the cost of a link, or of the way to the first pass.
+    fn raise(&mut self, (from, to): Link, cost: f64) {
+        let present = match from {
+            Some(from) => &mut self.links[from * self.n + to],
+            None => &mut self.first[to],
+        };
+        *present = present.max(cost);
+    }
+
     fn link(&self, from: usize, to: usize) -> f64 {
         self.links[from * self.n + to]
     }
@@ -156,6 +167,65 @@ pub fn shortest_tour(costs: &TourCosts) -> Tour {
     let (cost, order) = improved.into_iter().min_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or_default();
     let lower_bound = lower_bound(costs).min(cost);
     Tour { order, cost, lower_bound, is_exact: false }
+}
+
+/// Link from a pass, or from the tool's initial place, to another.
+pub type Link = (Option<usize>, usize);
+
+/// Result of [`shortest_tour_by`].
+#[derive(Clone, Debug, PartialEq)]
+pub struct LearntTour {
+    /// The order, with the costs of its links as they were learnt.
+    pub tour: Tour,
+    /// Cost of the present order.
+    pub present_cost: f64,
+    /// Number of links whose costs were learnt.
+    pub links: usize,
+}
+
+/// Largest number of orders whose links are learnt: each is at least as good, by what is known then,
+/// as the best one so far, so later ones gain less and less.
+const LEARNT_ORDERS: usize = 12;
+
+/// Returns an order of passes with a low cost where costs of links are expensive to compute:
+/// `bounds` are lower bounds of them, and `cost` computes those of the links of the orders that the
+/// bounds and the costs learnt before suggest. Its cost is never above that of the present order.
+///
+/// Where `is_exact`, no order costs less: the best one by costs of which none is too high has been
+/// learnt as a whole.
+///
+/// # Errors
+/// The first error of `cost`.
+pub fn shortest_tour_by<E: Send>(
+    mut bounds: TourCosts,
+    cost: &(dyn Fn(Link) -> Result<f64, E> + Sync),
+) -> Result<LearntTour, E> {
+    let mut learnt = BTreeSet::new();
+    let mut learn = |order: &[usize], costs: &mut TourCosts| {
+        let from = std::iter::once(None).chain(order.iter().copied().map(Some));
+        let open: Vec<Link> = from.zip(order.iter().copied()).filter(|link| learnt.insert(*link)).collect();
+        let found: Vec<f64> = open.par_iter().map(|link| cost(*link)).collect::<Result<_, E>>()?;
+        open.into_iter().zip(found).for_each(|(link, cost)| costs.raise(link, cost));
+        Ok((costs.of(order), learnt.len()))
+    };
+    let mut order: Vec<usize> = (0..bounds.n).collect();
+    let (present_cost, mut links) = learn(&order, &mut bounds)?;
+    let mut least = present_cost;
+    for _ in 0..LEARNT_ORDERS {
+        let next = shortest_tour(&bounds);
+        if next.cost >= least * (1.0 - LEAST_GAIN) {
+            let lower_bound = next.lower_bound.min(least);
+            let tour = Tour { order, cost: least, lower_bound, is_exact: next.is_exact };
+            return Ok(LearntTour { tour, present_cost, links });
+        }
+        let (cost, learnt) = learn(&next.order, &mut bounds)?;
+        links = learnt;
+        if cost < least {
+            (least, order) = (cost, next.order);
+        }
+    }
+    let lower_bound = shortest_tour(&bounds).lower_bound.min(least);
+    Ok(LearntTour { tour: Tour { order, cost: least, lower_bound, is_exact: false }, present_cost, links })
 }
 
 /// Solves by the least cost over every set of passes that ends at each of them (Held and Karp).

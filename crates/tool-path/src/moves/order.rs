@@ -1,17 +1,21 @@
 //! Order of the pieces of an operation's passes.
 
 use facemill_cl_data::Monitor;
-use facemill_inverse_kinematics::{AxisValues, Machine};
-use facemill_tool_model::{Cutter, ToolAssembly};
+use facemill_cutter_location::PoseTest;
+use facemill_cutter_location::links::link::{Linker, Waypoint};
+use facemill_inverse_kinematics::AxisValues;
+use facemill_tool_model::Cutter;
 use nalgebra::Point3;
 use rayon::prelude::*;
 use schemars::JsonSchema;
 use serde::Serialize;
 
+use crate::links::LinkTime;
 use crate::links::clock::LinkClock;
-use crate::links::tour::{TourCosts, shortest_tour};
+use crate::links::tour::{LearntTour, Link, TourCosts, shortest_tour, shortest_tour_by};
 use crate::moves::reached::Reached;
 use crate::moves::turn::{TurnChain, TurnTo};
+use crate::moves::{Move, MoveSettings, configuration_of};
 use crate::path_error::PathError;
 
 /// The order of an operation's pieces where the job leaves it open.
@@ -23,7 +27,10 @@ pub struct PassOrderReport {
     pub pieces: usize,
     /// Pairs of pieces that keep their order, because one place can be in the reach of both cuts.
     pub kept_pairs: usize,
-    /// Time of the slowest axis of all links in the order as laid, with nothing in the way, s.
+    /// Number of links that were timed as they are made around obstacles; 0 if all links count the
+    /// time of their slowest axis, with nothing in the way.
+    pub timed_links: usize,
+    /// Time of all links in the order as laid, s.
     pub as_laid_s: f64,
     /// The same in the order that they are cut in, s.
     pub ordered_s: f64,
@@ -40,22 +47,41 @@ pub struct PassOrderReport {
 /// two chains that change places, including their entries and exits with all paths through stock.
 /// So every cut removes the same stock as in the order as laid.
 ///
-/// Links cost only the time of their slowest axis: an estimate, which affects no guarantee.
+/// Links cost the time that `link_time` gives them, or without it that of their slowest axis: an
+/// estimate, which affects no guarantee.
 ///
 /// # Errors
 /// Returns an error if the monitor cancels.
 pub(crate) fn ordered(
-    machine: &Machine,
-    tool: &ToolAssembly,
-    from: &AxisValues,
+    test: &PoseTest<'_>,
+    (settings, link_time): (&MoveSettings, Option<&LinkTime<'_>>),
+    from: Option<&Move>,
     chains: Vec<TurnChain>,
     monitor: &dyn Monitor,
 ) -> Result<(Vec<TurnChain>, PassOrderReport), PathError> {
+    let (machine, tool) = (test.cell.machine, test.cell.tool);
     let paths: Vec<CutPath> = chains.iter().filter_map(|chain| path_of(chain)).collect();
+    let ends: Vec<[Waypoint; 2]> =
+        chains.iter().filter_map(|chain| Some([chain.first()?.0.start(), chain.last()?.0.end()])).collect();
     let views = [(machine, tool.gauge_length())];
     let clock = LinkClock::new(&views);
-    let link_time = |a: &AxisValues, b: &AxisValues| clock.least_time(a, b);
-    let (order, report) = shortest_order(&paths, from, farthest_touch(tool.cutter()), &link_time, monitor)?;
+    let before = from.map(|m| Waypoint { cl: m.cl, configuration: configuration_of(test, &m.axes) });
+    let start = from.map_or_else(|| machine.home(), |m| m.axes);
+    let least_time = |a: &AxisValues, b: &AxisValues| clock.least_time(a, b);
+    let as_made = |(from, to): Link, link_time: &LinkTime<'_>| {
+        let to = &ends[to][0];
+        // The way from home is not a link.
+        let Some(from) = from.map_or(before, |k| Some(ends[k][1])) else { return 0.0 };
+        let Ok(way) = Linker::new(test, &settings.link).link(&from, to) else { return NO_LINK };
+        let through: Vec<AxisValues> = way.iter().chain([to]).map(|w| w.configuration.axes).collect();
+        link_time(&from.configuration.axes, &through)
+    };
+    let timed = |link: Link| {
+        monitor.checkpoint()?;
+        Ok::<f64, PathError>(link_time.map_or(0.0, |time| as_made(link, time)))
+    };
+    let times = LinkTimes { least: &least_time, as_made: link_time.is_some().then_some(&timed) };
+    let (order, report) = shortest_order(&paths, &start, farthest_touch(tool.cutter()), &times, monitor)?;
     let mut chains: Vec<Option<TurnChain>> = chains.into_iter().map(Some).collect();
     Ok((order.iter().filter_map(|&k| chains[k].take()).collect(), report))
 }
@@ -79,9 +105,21 @@ pub struct CutPath {
     pub tips: Vec<Vec<Point3<f64>>>,
 }
 
+/// Time of a pair of pieces that no link joins, s: more than any link takes.
+const NO_LINK: f64 = 3600.0;
+
+/// Times of links.
+pub struct LinkTimes<'t> {
+    /// Least time of a link between two positions, s.
+    pub least: &'t (dyn Fn(&AxisValues, &AxisValues) -> f64 + Sync),
+    /// Time of a link as it is made, by the indices of its pieces, s; `None` if the least times
+    /// count.
+    pub as_made: Option<&'t (dyn Fn(Link) -> Result<f64, PathError> + Sync)>,
+}
+
 /// Returns the indices of pieces in the order with the shortest links; pieces that can touch each
 /// other keep their order. `reach` is the largest distance of the flutes from the tip over all
-/// tools, mm, and `link_time` the time of a link between two positions.
+/// tools, mm.
 ///
 /// # Errors
 /// Returns an error if the monitor cancels.
@@ -89,23 +127,31 @@ pub fn shortest_order(
     paths: &[CutPath],
     from: &AxisValues,
     reach: f64,
-    link_time: &(dyn Fn(&AxisValues, &AxisValues) -> f64 + Sync),
+    times: &LinkTimes<'_>,
     monitor: &dyn Monitor,
 ) -> Result<(Vec<usize>, PassOrderReport), PathError> {
-    let links = paths.par_iter().flat_map_iter(|a| paths.iter().map(|b| link_time(&a.ends[1], &b.ends[0]))).collect();
-    let first = paths.iter().map(|path| link_time(from, &path.ends[0])).collect();
+    let least = times.least;
+    let links = paths.par_iter().flat_map_iter(|a| paths.iter().map(|b| least(&a.ends[1], &b.ends[0]))).collect();
+    let first = paths.iter().map(|path| least(from, &path.ends[0])).collect();
     let pairs = touching(paths, reach);
     monitor.checkpoint()?;
     let kept_pairs = pairs.len();
     let costs = TourCosts::new(links, first, vec![0.0; paths.len()]).and_then(|costs| costs.keeping(pairs));
     let costs = costs.map_err(|e| PathError::Fault(e.to_string()))?;
-    let tour = shortest_tour(&costs);
+    let LearntTour { tour, present_cost, links: timed_links } = match times.as_made {
+        Some(as_made) => shortest_tour_by(costs, as_made)?,
+        None => {
+            let present_cost = costs.of(&(0..paths.len()).collect::<Vec<_>>());
+            LearntTour { tour: shortest_tour(&costs), present_cost, links: 0 }
+        }
+    };
     monitor.checkpoint()?;
     let report = PassOrderReport {
         operation: String::new(),
         pieces: paths.len(),
         kept_pairs,
-        as_laid_s: costs.of(&(0..paths.len()).collect::<Vec<_>>()),
+        timed_links,
+        as_laid_s: present_cost,
         ordered_s: tour.cost,
         lower_bound_s: tour.lower_bound,
         is_exact: tour.is_exact,

@@ -6,7 +6,7 @@ use facemill::{Job, PlanSettings, Planned, SilentStages, plan_job};
 use facemill_tests::jobs::{JobFolder, text_of};
 use facemill_tests::oracles::interpreter::{self, Motion};
 use facemill_tests::oracles::read_back::ReadBack;
-use facemill_tests::variants::variant;
+use facemill_tests::variants::{box_obj, variant};
 use serde_json::{Value, json};
 
 fn planned(job: &JobFolder) -> Planned {
@@ -165,7 +165,46 @@ fn islands_are_cut_one_after_the_other_where_the_job_allows_it() {
         assert_eq!(of(&laid), of(&short));
     }
     let [order] = &short.report.orders[..] else { panic!("{:?}", short.report.orders) };
+    assert!(order.timed_links >= 5, "{order:?}");
     assert!(laid.report.orders.is_empty() && order.is_exact && order.pieces == 6 && order.kept_pairs == 6);
     assert!(order.ordered_s < 0.7 * order.as_laid_s && order.lower_bound_s == order.ordered_s, "{order:?}");
     assert!(short.report.totals.rapid_time_s < laid.report.totals.rapid_time_s);
+}
+
+#[test]
+fn the_order_of_passes_counts_links_as_the_program_makes_them() {
+    // Two islands laid by turns, and the same with a clamp between them: links over it lead up, and
+    // take longer than their slowest axis.
+    let plan = |order: &str, clamp: bool| {
+        let clearance = ("/setups/0/clearance/plane/origin_mm", json!([0, 0, 60]));
+        let job = few_passes(&[("/setups/0/links", json!({ "order": order })), clearance]);
+        if clamp {
+            let file = json!({ "file": "clamp.obj", "role": "fixture" });
+            job.write("clamp.obj", box_obj([-2.0, -40.0, -5.0], [2.0, 40.0, 12.0]).as_bytes());
+            let mut meshes = job.json("job.json")["setups"][0]["meshes"].clone();
+            meshes.as_array_mut().unwrap().push(file);
+            job.set("job.json", &[("/setups/0/meshes", meshes)]);
+        }
+        let pass = |x: f64, y: f64| {
+            let points: Vec<[f64; 3]> = (0..7).map(|k| [x + 2.0 * f64::from(k), y, 0.0]).collect();
+            json!({ "points_mm": points })
+        };
+        let passes: Vec<Value> = (0..2).flat_map(|k| [25.0, -37.0].map(|x| pass(x, 2.0 * f64::from(k)))).collect();
+        let path = json!({ "format": "facemill-path/1", "frame": "work", "passes": passes });
+        job.write("islands.json", path.to_string().as_bytes());
+        let file = json!({ "file": { "file": "islands.json", "max_distance_mm": 5.0 } });
+        job.set("job.json", &[("/operations/0/path", file), ("/operations/0/direction", json!("either"))]);
+        planned(&job)
+    };
+    let as_laid = [false, true].map(|clamp| {
+        let [laid, short] = ["as_laid", "shortest"].map(|order| plan(order, clamp));
+        let [order] = &short.report.orders[..] else { panic!("{:?}", short.report.orders) };
+        let sum = |planned: &Planned| shortened(planned).links.iter().map(|link| link.time_after_s).sum::<f64>();
+        // Both begin at the same height, and so the same time from home.
+        let (saved, saved_in_text) = (order.as_laid_s - order.ordered_s, sum(&laid) - sum(&short));
+        assert!(saved > 0.0 && (saved - saved_in_text).abs() <= 0.01 * sum(&laid), "{order:?} {saved_in_text}");
+        assert!(order.is_exact && order.timed_links >= 6, "{order:?}");
+        sum(&laid)
+    });
+    assert!(as_laid[1] > 1.1 * as_laid[0], "{as_laid:?}");
 }

@@ -24,7 +24,7 @@ use crate::dual::moves::DualMove;
 use crate::dual::output::DualTexts;
 use crate::dual::parts::ProgramPart;
 use crate::dual::program::DualTimes;
-use crate::program::link_search::{FasterPath, LineMatch, LinkSearch, RapidLines, RunLines, SearchedLinks, link_words};
+use crate::program::link_search::{FasterPath, LineMatch, LinkSearch, RapidLines, RunLines, SearchedLinks};
 use crate::program::run_program::RunProgram;
 
 /// Links of a setup, with the results of the search.
@@ -63,7 +63,7 @@ impl DualLinks {
         let search = LinkSearch {
             heads: &scenes.map(|scene| scene.link_scene()),
             clock: &LinkClock::new(&views),
-            words: link_words(scenes[0]),
+            words: scenes[0].link_words(),
             compensation: Compensation::Length(scenes[0].job.tool.length_register()),
             text: &text,
             rapids: RapidLines { runs: runs.iter().map(lines).collect(), rule: LineMatch::Exact },

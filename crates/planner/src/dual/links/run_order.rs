@@ -4,7 +4,7 @@ use facemill_cl_data::Monitor;
 use facemill_inverse_kinematics::AxisValues;
 use facemill_job::failure::Failure;
 use facemill_tool_path::links::clock::LinkClock;
-use facemill_tool_path::moves::order::{CutPath, PassOrderReport, farthest_touch, shortest_order};
+use facemill_tool_path::moves::order::{CutPath, LinkTimes, PassOrderReport, farthest_touch, shortest_order};
 use facemill_virtual_machine::program_time::tolerance::MachineView;
 
 use crate::dual::moves::{DualMover, ReachedRun};
@@ -32,8 +32,9 @@ pub(crate) fn run_order(
     let reach = context.jobs().map(|job| farthest_touch(job.tool.cutter()));
     let start = from.unwrap_or_else(|| views[0].0.home());
     let clock = LinkClock::new(&views);
-    let link_time = |a: &AxisValues, b: &AxisValues| clock.least_time(a, &mover.turned(b, a));
-    Ok(Some(shortest_order(&paths, &start, reach[0].max(reach[1]), &link_time, monitor)?))
+    let least = |a: &AxisValues, b: &AxisValues| clock.least_time(a, &mover.turned(b, a));
+    let times = LinkTimes { least: &least, as_made: None };
+    Ok(Some(shortest_order(&paths, &start, reach[0].max(reach[1]), &times, monitor)?))
 }
 
 /// Returns the tips of both heads from the first move of a run's entry to the last of its exit, in

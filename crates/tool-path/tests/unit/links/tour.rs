@@ -119,3 +119,57 @@ fn costs_that_are_none_are_refused() {
     // The entry from a pass to itself is not used.
     assert!(new(&[f64::NAN, 1.0, 1.0, f64::NAN], &[0.0; 2]).is_ok());
 }
+
+#[test]
+fn costs_learnt_order_by_order_give_the_best_of_all_orders_and_none_is_learnt_twice() {
+    use std::sync::Mutex;
+    let mut rng = Random(29);
+    let (mut learnt, mut all) = (0, 0);
+    for n in 0..=7 {
+        for _ in 0..20 {
+            let costs = random_costs(&mut rng, n);
+            let mut share = || 0.3 + 0.7 * rng.unit();
+            let links = costs.links.iter().map(|c| share() * c).collect();
+            let first = costs.first.iter().map(|c| share() * c).collect();
+            let bounds = TourCosts::new(links, first, costs.last.clone()).unwrap();
+            let asked = Mutex::new(Vec::new());
+            let cost = |(from, to): Link| {
+                asked.lock().unwrap().push((from, to));
+                Ok::<f64, ()>(from.map_or(costs.first[to], |from| costs.link(from, to)))
+            };
+            let found = shortest_tour_by(bounds, &cost).unwrap();
+            let present: Vec<usize> = (0..n).collect();
+            let least = if n == 0 { 0.0 } else { least_of_all(&costs, &mut present.clone(), 0) };
+            assert!(is_permutation(&found.tour.order, n));
+            assert!((found.tour.cost - costs.of(&found.tour.order)).abs() < 1e-9);
+            assert!((found.present_cost - costs.of(&present)).abs() < 1e-9);
+            assert!(found.tour.lower_bound <= least + 1e-9 && found.tour.cost >= least - 1e-9);
+            assert!(found.tour.cost <= found.present_cost);
+            // Only where twelve orders were not enough may there be a better one.
+            assert!(!found.tour.is_exact || found.tour.cost <= least + 1e-9, "{n}: {} {least}", found.tour.cost);
+            let mut asked = asked.into_inner().unwrap();
+            let calls = asked.len();
+            asked.sort_unstable();
+            asked.dedup();
+            assert!(asked.len() == calls && calls == found.links);
+            (learnt, all) = (learnt + calls, all + n * n);
+        }
+    }
+    // Fewer than all are learnt.
+    assert!(5 * learnt < 4 * all, "{learnt} of {all}");
+}
+
+#[test]
+fn an_order_that_was_made_out_to_be_shorter_than_it_is_is_not_taken() {
+    // Thirty passes on a line, laid in order; links back look free, and cost most.
+    let n = 30;
+    let links = (0..n * n).map(|k| if k % n == k / n + 1 { 1.0 } else { 0.5 }).collect();
+    let bounds = TourCosts::new(links, vec![0.0; n], vec![0.0; n]).unwrap();
+    let cost = |(from, to): Link| Ok::<f64, ()>(from.map_or(0.0, |from| if to == from + 1 { 1.0 } else { 9.0 }));
+    let found = shortest_tour_by(bounds, &cost).unwrap();
+    assert_eq!((found.tour.cost, found.present_cost), (29.0, 29.0));
+    assert_eq!(found.tour.order, (0..n).collect::<Vec<_>>());
+    let wrong = |_: Link| Err("stopped");
+    let bounds = TourCosts::new(vec![0.0; 4], vec![0.0; 2], vec![0.0; 2]).unwrap();
+    assert_eq!(shortest_tour_by(bounds, &wrong), Err("stopped"));
+}
