@@ -22,6 +22,12 @@ impl Row {
         (i, (way - i as f64).clamp(0.0, 1.0))
     }
 
+    /// Coordinate of a coefficient, or of a place between two: that of the middle of the interval on
+    /// which it weighs most, mm.
+    pub(crate) fn of_coefficient(&self, k: f64) -> f64 {
+        self.start + self.width * (k - 0.5)
+    }
+
     /// Where an interval begins, mm.
     pub(crate) fn at(&self, i: usize) -> f64 {
         self.start + self.width * i as f64
@@ -39,6 +45,8 @@ pub(crate) struct Front {
     pub(crate) levels: Vec<f64>,
     /// First and last interval that the pass runs over.
     pub(crate) span: [usize; 2],
+    /// Coordinates between which it runs; infinite where it runs to the end of the span, mm.
+    pub(crate) ends: [f64; 2],
     /// Whether the pass leaves out a part of the region at one end, where it joins the pass before.
     pub(crate) joins: [bool; 2],
 }
@@ -102,6 +110,11 @@ impl FrontSet<'_> {
     pub(crate) fn covers(&self, p: &Point3<f64>) -> bool {
         let x = self.along.value(p);
         let i = self.row.interval(x).0;
-        self.front.span[0] <= i && i <= self.front.span[1] && self.front.level(self.row, x) <= self.last
+        let [from, to] = self.front.ends;
+        from <= x
+            && x <= to
+            && self.front.span[0] <= i
+            && i <= self.front.span[1]
+            && self.front.level(self.row, x) <= self.last
     }
 }

@@ -32,8 +32,15 @@ const COVERED: f64 = 0.1;
 /// bends turn the tool axis faster than the feed can follow.
 const BEND: f64 = 8.0;
 
+/// Slope of a partial pass relative to the pass before it, at its end: the last part of an arc that
+/// ends parallel would cut nothing.
+const PARALLEL: f64 = 0.05;
+
+/// Ends of a pass that runs over its whole span.
+const NO_ENDS: [f64; 2] = [f64::NEG_INFINITY, f64::INFINITY];
+
 /// Ends of partial passes that are compared, evenly spread along the passes.
-const ENDS: usize = 16;
+const ENDS: usize = 64;
 
 /// Candidates that are too few for a thread of their own.
 const FEW: usize = 4;
@@ -139,7 +146,7 @@ impl Planner<'_> {
             starts().map(|start| start.most).fold(inside, f64::min)
         };
         let targets: Vec<f64> = (0..n + 2).map(target).collect();
-        Front { levels: self.smooth(&targets), span: [0, n - 1], joins: [false; 2] }
+        Front { levels: self.smooth(&targets), span: [0, n - 1], ends: NO_ENDS, joins: [false; 2] }
     }
 
     /// The columns that a coefficient has a say on.
@@ -240,7 +247,13 @@ impl Planner<'_> {
     /// along, or from one end of the region.
     fn candidate(&self, covered: &Covered, targets: &[f64], partial_from: Option<usize>) -> Option<Candidate> {
         let n = self.columns.row.n;
-        let levels = self.smooth(targets);
+        let mut levels = self.smooth(targets);
+        let mut ends = NO_ENDS;
+        if let Some(side) = partial_from.map(|from| 1 - from)
+            && let Some(end) = self.run_out(covered, &mut levels, side)
+        {
+            ends[side] = end;
+        }
         let means = means(&levels);
         let gains = |i: usize| {
             let at = covered.means[i];
@@ -248,6 +261,8 @@ impl Planner<'_> {
             allowed.is_finite() && means[i] - at > COVERED * allowed
         };
         let (first, last) = ((0..n).find(|&i| gains(i))?, (0..n).rfind(|&i| gains(i))?);
+        let at_end = |side: usize| ends[side].is_finite().then(|| self.columns.row.interval(ends[side]).0);
+        let (first, last) = (at_end(0).unwrap_or(first), at_end(1).unwrap_or(last));
         let mut span = [first, last];
         let holds = |i: usize| self.columns.holds(i, means[i]);
         let joins = [(0..first).any(holds), (last + 1..n).any(holds)];
@@ -255,6 +270,7 @@ impl Planner<'_> {
             let may = partial_from.map_or(self.settings.may_join[side], |from| side != from);
             if !(may && joins[side]) {
                 span[side] = if side == 0 { 0 } else { n - 1 };
+                ends[side] = NO_ENDS[side];
             }
         }
         let mut length = self.length(&means, span);
@@ -263,10 +279,42 @@ impl Planner<'_> {
             length = self.length(&means, span);
         }
         let [from, to] = span;
-        let front = Front { levels, span, joins: [from > 0 && joins[0], to + 1 < n && joins[1]] };
+        let front = Front { levels, span, ends, joins: [from > 0 && joins[0], to + 1 < n && joins[1]] };
         let work = (from..=to).map(|i| self.columns.work(i, covered.means[i], means[i])).sum();
         let gain = Gain { work, cost: length + self.settings.pass_cost };
         Some(Candidate { front, length, gain, is_partial: partial_from.is_some() })
+    }
+
+    /// Lets the levels of a partial pass run out on a side: along an arc of the radius of bends that
+    /// ends tangent to the levels covered. Returns the coordinate where it is almost parallel to
+    /// them; `None`, and levels as they were, where an arc would be too steep or lead out of what
+    /// the widths allow.
+    fn run_out(&self, covered: &Covered, levels: &mut Vec<f64>, side: usize) -> Option<f64> {
+        let (n, width) = (levels.len(), self.columns.row.width);
+        // Coefficients are counted toward the side.
+        let at = |k: usize| if side == 0 { n - 1 - k } else { k };
+        // The arc that ends at coefficient e is at curve·(e − k)² above the levels covered.
+        let curve = 0.5 * width / BEND;
+        let gap = |k: usize| levels[at(k)] - covered.levels[at(k)];
+        let end_by = |k: usize| k as f64 + (gap(k) / curve).sqrt();
+        let risen = (0..n).filter(|&k| gap(k) > 0.0 && gap(k).is_finite());
+        // The first arc that is nowhere below the pass touches it here.
+        let touch = risen.max_by(|a, b| end_by(*a).total_cmp(&end_by(*b)))?;
+        let end = end_by(touch);
+        let mut out = levels.clone();
+        let beyond = n.min(end.ceil() as usize + 3);
+        for k in touch..beyond {
+            out[at(k)] = covered.levels[at(k)] + curve * (end - k as f64).max(0.0).powi(2);
+        }
+        let steepest = STEEPEST * width * (1.0 + 1e-9);
+        let is_gentle = |k: usize| (out[at(k)] - out[at(k - 1)]).abs() <= steepest;
+        let is_within = |k: usize| out[at(k)] <= covered.targets[at(k)].max(levels[at(k)]);
+        if !((touch + 1..n.min(beyond + 1)).all(is_gentle) && (touch..beyond).all(is_within)) {
+            return None;
+        }
+        *levels = out;
+        let end = end - PARALLEL * BEND;
+        Some(self.columns.row.of_coefficient(if side == 0 { (n - 1) as f64 - end } else { end }))
     }
 
     /// Length of a pass over some columns by its mean levels on all, mm.
