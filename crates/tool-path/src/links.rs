@@ -65,8 +65,8 @@ pub fn fastest(
     Chooser { heads: &heads, clock, law: link.law, rounded }.choose(link, stage)
 }
 
-/// Returns the time of a link from a position through those of the way that the planner has for it,
-/// s.
+/// Time of a link from a position through those of the way that the planner has for it, s; infinite
+/// where it has none.
 pub type LinkTime<'t> = dyn Fn(&AxisValues, &[AxisValues]) -> f64 + Sync + 't;
 
 /// Returns the index of the linear axis along the spindle where the rotary axes are at 0, and the

@@ -205,7 +205,7 @@ pub fn links_off_first_stock<T: Send>(
 }
 
 /// Runs `of` with all that is in the way of links that keep off the stock as it was before anything
-/// was cut: it tests ways without a program.
+/// was cut, without a program.
 ///
 /// # Errors
 /// When a setup or a setting makes no sense.

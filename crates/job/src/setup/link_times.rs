@@ -14,7 +14,8 @@ pub const KEPT_OFF_FIRST_STOCK: f64 = 0.9;
 
 /// Runs `of` with the times of links as a plan makes them in a setup of one head: of the fastest
 /// path that is proven free off the initial stock, or, if links stay as they are, of the way given.
-/// There are none where links may go through stock that has been cut.
+/// There are none where links may go through stock that has been
+/// cut, and on machines with two heads.
 ///
 /// # Errors
 /// When the setup makes no sense to the virtual machine.
@@ -22,12 +23,12 @@ pub fn with_link_times<T>(scene: &Scene<'_>, of: impl FnOnce(Option<&LinkTime<'_
     let (job, file) = (scene.job, scene.setup.file);
     let views = [(&job.machine, scene.tool_length())];
     let (clock, law) = (LinkClock::new(&views), job.rapid_law());
-    let least =
-        |start: &AxisValues, through: &[AxisValues]| through.last().map_or(0.0, |end| clock.least_time(start, end));
+    if job.machine.head_count() > 1 {
+        return Ok(of(None));
+    }
     if !file.links.shorten {
-        let as_given = |start: &AxisValues, through: &[AxisValues]| {
-            clock.time(law, start, through).unwrap_or_else(|_| least(start, through))
-        };
+        let as_given =
+            |start: &AxisValues, through: &[AxisValues]| clock.time(law, start, through).unwrap_or(f64::INFINITY);
         return Ok(of(Some(&as_given)));
     }
     if file.links.stock != LinkStockFile::AtFirst {
@@ -42,10 +43,7 @@ pub fn with_link_times<T>(scene: &Scene<'_>, of: impl FnOnce(Option<&LinkTime<'_
         let shortened = |start: &AxisValues, through: &[AxisValues]| {
             let link = ProgramLink::outside_programs(*start, through.to_vec(), law);
             let found = fastest(&heads, &clock, (&link, stage), &rounded);
-            found.map_or_else(
-                |_| least(start, through),
-                |choice| choice.better.map_or(choice.before, |better| better.time),
-            )
+            found.map_or(f64::INFINITY, |choice| choice.better.map_or(choice.before, |better| better.time))
         };
         of(Some(&shortened))
     })

@@ -32,7 +32,7 @@ pub use crate::rapids::rapids_file::{LinkReport, RAPIDS_FORMAT, RapidsFile};
 pub use facemill_job::format::report::links::{LinksReport, PlannedLinkReport, ShortenedLinks};
 pub use facemill_tool_path::links::link_paths::RetractStrategy;
 pub use facemill_tool_path::links::tour::{
-    LearntTour, Link, Tour, TourCosts, TourError, shortest_tour, shortest_tour_by,
+    LearntTour, Tour, TourCosts, TourError, TourLink, shortest_tour, shortest_tour_by,
 };
 
 /// Options of the search for faster links.

@@ -129,7 +129,7 @@ impl TourCosts {
     }
 
     /// Raises the cost of a link, or of the way to the first pass.
-    fn raise(&mut self, (from, to): Link, cost: f64) {
+    fn raise(&mut self, (from, to): TourLink, cost: f64) {
         let present = match from {
             Some(from) => &mut self.links[from * self.n + to],
             None => &mut self.first[to],
@@ -154,12 +154,17 @@ impl TourCosts {
 /// order. A bound limits how much less could be possible.
 #[must_use]
 pub fn shortest_tour(costs: &TourCosts) -> Tour {
+    tour_from(costs, &(0..costs.n).collect::<Vec<_>>())
+}
+
+/// Returns an order that never costs more than a known one.
+fn tour_from(costs: &TourCosts, known: &[usize]) -> Tour {
     if costs.n <= EXACT {
         let order = exact(costs);
         let cost = costs.of(&order);
         return Tour { order, cost, lower_bound: cost, is_exact: true };
     }
-    let beginnings: Vec<Vec<usize>> = std::iter::once((0..costs.n).collect())
+    let beginnings: Vec<Vec<usize>> = std::iter::once(known.to_vec())
         .chain((0..BEGINNINGS).filter_map(|k| nearest_next(costs, k * costs.n / BEGINNINGS)))
         .collect();
     let improved: Vec<(f64, Vec<usize>)> =
@@ -170,7 +175,7 @@ pub fn shortest_tour(costs: &TourCosts) -> Tour {
 }
 
 /// Link from a pass, or from the tool's initial place, to another.
-pub type Link = (Option<usize>, usize);
+pub type TourLink = (Option<usize>, usize);
 
 /// Result of [`shortest_tour_by`].
 #[derive(Clone, Debug, PartialEq)]
@@ -179,53 +184,56 @@ pub struct LearntTour {
     pub tour: Tour,
     /// Cost of the present order.
     pub present_cost: f64,
-    /// Number of links whose costs were learnt.
+    /// Number of links between passes whose costs were learnt.
     pub links: usize,
 }
 
-/// Largest number of orders whose links are learnt: each is at least as good, by what is known then,
-/// as the best one so far, so later ones gain less and less.
+/// Largest number of orders whose links are learnt besides the present one: each is at least as
+/// good, by what is known then, as the best one so far, so later ones gain less and less.
 const LEARNT_ORDERS: usize = 12;
 
 /// Returns an order of passes with a low cost where costs of links are expensive to compute:
 /// `bounds` are lower bounds of them, and `cost` computes those of the links of the orders that the
-/// bounds and the costs learnt before suggest. Its cost is never above that of the present order.
+/// bounds and the costs learnt before suggest, each at most once. A cost below its bound counts as
+/// the bound. The order never costs more than the present one.
 ///
 /// Where `is_exact`, no order costs less: the best one by costs of which none is too high has been
 /// learnt as a whole.
 ///
 /// # Errors
-/// The first error of `cost`.
+/// An error of `cost`.
 pub fn shortest_tour_by<E: Send>(
     mut bounds: TourCosts,
-    cost: &(dyn Fn(Link) -> Result<f64, E> + Sync),
+    cost: &(dyn Fn(TourLink) -> Result<f64, E> + Sync),
 ) -> Result<LearntTour, E> {
-    let mut learnt = BTreeSet::new();
+    let mut learnt: BTreeSet<TourLink> = BTreeSet::new();
     let mut learn = |order: &[usize], costs: &mut TourCosts| {
         let from = std::iter::once(None).chain(order.iter().copied().map(Some));
-        let open: Vec<Link> = from.zip(order.iter().copied()).filter(|link| learnt.insert(*link)).collect();
+        let open: Vec<TourLink> = from.zip(order.iter().copied()).filter(|link| !learnt.contains(link)).collect();
         let found: Vec<f64> = open.par_iter().map(|link| cost(*link)).collect::<Result<_, E>>()?;
-        open.into_iter().zip(found).for_each(|(link, cost)| costs.raise(link, cost));
-        Ok((costs.of(order), learnt.len()))
+        open.iter().zip(found).for_each(|(link, cost)| costs.raise(*link, cost));
+        learnt.extend(open);
+        Ok((costs.of(order), learnt.iter().filter(|(from, _)| from.is_some()).count()))
     };
     let mut order: Vec<usize> = (0..bounds.n).collect();
     let (present_cost, mut links) = learn(&order, &mut bounds)?;
     let mut least = present_cost;
-    for _ in 0..LEARNT_ORDERS {
-        let next = shortest_tour(&bounds);
-        if next.cost >= least * (1.0 - LEAST_GAIN) {
+    let mut orders = 0;
+    loop {
+        let next = tour_from(&bounds, &order);
+        let is_best = next.cost >= least * (1.0 - LEAST_GAIN);
+        if is_best || orders == LEARNT_ORDERS {
             let lower_bound = next.lower_bound.min(least);
-            let tour = Tour { order, cost: least, lower_bound, is_exact: next.is_exact };
+            let tour = Tour { order, cost: least, lower_bound, is_exact: is_best && next.is_exact };
             return Ok(LearntTour { tour, present_cost, links });
         }
+        orders += 1;
         let (cost, learnt) = learn(&next.order, &mut bounds)?;
         links = learnt;
         if cost < least {
             (least, order) = (cost, next.order);
         }
     }
-    let lower_bound = shortest_tour(&bounds).lower_bound.min(least);
-    Ok(LearntTour { tour: Tour { order, cost: least, lower_bound, is_exact: false }, present_cost, links })
 }
 
 /// Solves by the least cost over every set of passes that ends at each of them (Held and Karp).

@@ -10,9 +10,10 @@ use rayon::prelude::*;
 use schemars::JsonSchema;
 use serde::Serialize;
 
+use crate::linearity::endless_near;
 use crate::links::LinkTime;
 use crate::links::clock::LinkClock;
-use crate::links::tour::{LearntTour, Link, TourCosts, shortest_tour, shortest_tour_by};
+use crate::links::tour::{LearntTour, TourCosts, TourLink, shortest_tour, shortest_tour_by};
 use crate::moves::reached::Reached;
 use crate::moves::turn::{TurnChain, TurnTo};
 use crate::moves::{Move, MoveSettings, configuration_of};
@@ -27,10 +28,11 @@ pub struct PassOrderReport {
     pub pieces: usize,
     /// Pairs of pieces that keep their order, because one place can be in the reach of both cuts.
     pub kept_pairs: usize,
-    /// Number of links that were timed as they are made around obstacles; 0 if all links count the
-    /// time of their slowest axis, with nothing in the way.
+    /// Number of links between pieces that were timed as they are made around obstacles; 0 if all
+    /// links count the time of their slowest axis, with nothing in the way.
     pub timed_links: usize,
-    /// Time of all links in the order as laid, s.
+    /// Time of all links in the order as laid, and of the slowest axis on the way to the first
+    /// piece, s. A pair that no link joins counts as a million seconds.
     pub as_laid_s: f64,
     /// The same in the order that they are cut in, s.
     pub ordered_s: f64,
@@ -67,16 +69,22 @@ pub(crate) fn ordered(
     let clock = LinkClock::new(&views);
     let before = from.map(|m| Waypoint { cl: m.cl, configuration: configuration_of(test, &m.axes) });
     let start = from.map_or_else(|| machine.home(), |m| m.axes);
-    let least_time = |a: &AxisValues, b: &AxisValues| clock.least_time(a, b);
-    let as_made = |(from, to): Link, link_time: &LinkTime<'_>| {
+    // Endless axes go on from where they are.
+    let least_time = |a: &AxisValues, b: &AxisValues| clock.least_time(a, &endless_near(test, b, a));
+    let as_made = |(from, to): TourLink, link_time: &LinkTime<'_>| {
         let to = &ends[to][0];
         // The way from home is not a link.
         let Some(from) = from.map_or(before, |k| Some(ends[k][1])) else { return 0.0 };
         let Ok(way) = Linker::new(test, &settings.link).link(&from, to) else { return NO_LINK };
-        let through: Vec<AxisValues> = way.iter().chain([to]).map(|w| w.configuration.axes).collect();
-        link_time(&from.configuration.axes, &through)
+        let mut through: Vec<AxisValues> = Vec::with_capacity(way.len() + 1);
+        for pose in way.iter().chain([to]) {
+            let at = through.last().unwrap_or(&from.configuration.axes);
+            through.push(endless_near(test, &pose.configuration.axes, at));
+        }
+        let time = link_time(&from.configuration.axes, &through);
+        if time.is_finite() { time } else { NO_LINK }
     };
-    let timed = |link: Link| {
+    let timed = |link: TourLink| {
         monitor.checkpoint()?;
         Ok::<f64, PathError>(link_time.map_or(0.0, |time| as_made(link, time)))
     };
@@ -105,8 +113,8 @@ pub struct CutPath {
     pub tips: Vec<Vec<Point3<f64>>>,
 }
 
-/// Time of a pair of pieces that no link joins, s: more than any link takes.
-const NO_LINK: f64 = 3600.0;
+/// Time of a pair of pieces that no link joins, s: more than all links of an operation take.
+const NO_LINK: f64 = 1e6;
 
 /// Times of links.
 pub struct LinkTimes<'t> {
@@ -114,7 +122,7 @@ pub struct LinkTimes<'t> {
     pub least: &'t (dyn Fn(&AxisValues, &AxisValues) -> f64 + Sync),
     /// Time of a link as it is made, by the indices of its pieces, s; `None` if the least times
     /// count.
-    pub as_made: Option<&'t (dyn Fn(Link) -> Result<f64, PathError> + Sync)>,
+    pub as_made: Option<&'t (dyn Fn(TourLink) -> Result<f64, PathError> + Sync)>,
 }
 
 /// Returns the indices of pieces in the order with the shortest links; pieces that can touch each
