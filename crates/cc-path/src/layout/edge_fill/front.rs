@@ -66,6 +66,12 @@ impl Front {
         ((c[1] - c[0]) * (1.0 - t) + (c[2] - c[1]) * t) / row.width
     }
 
+    /// First and last interval that the pass runs over as a whole.
+    pub(crate) fn whole_columns(&self) -> [usize; 2] {
+        let [from, to] = self.ends.map(|end| usize::from(end.is_finite()));
+        [self.span[0] + from, self.span[1].saturating_sub(to)]
+    }
+
     /// Mean level on an interval.
     pub(crate) fn mean(&self, i: usize) -> f64 {
         mean(&self.levels[i..i + 3])

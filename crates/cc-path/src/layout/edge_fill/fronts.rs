@@ -36,11 +36,15 @@ const BEND: f64 = 8.0;
 /// ends parallel would cut nothing.
 const PARALLEL: f64 = 0.05;
 
+/// Tightest bend where a partial pass runs out, as a multiple of the curvature of other bends.
+const TIGHTEST: f64 = 2.0;
+
 /// Ends of a pass that runs over its whole span.
 const NO_ENDS: [f64; 2] = [f64::NEG_INFINITY, f64::INFINITY];
 
-/// Ends of partial passes that are compared, evenly spread along the passes.
-const ENDS: usize = 64;
+/// Numbers of ends of partial passes that are compared, evenly spread along the passes. Each next
+/// pass is the best one by itself, which need not lead to the best plan: so three are made.
+const ENDS: [usize; 3] = [64, 48, 32];
 
 /// Candidates that are too few for a thread of their own.
 const FEW: usize = 4;
@@ -56,7 +60,9 @@ pub(crate) struct FrontPlan {
 /// Each next pass is the one that covers most work (length of passes as wide as allowed) per length
 /// and cost, or a partial pass where it and the next pass together cover more.
 pub(crate) fn plan_fronts(columns: &Columns, settings: &FrontSettings, most: usize) -> Option<FrontPlan> {
-    let best = Planner { columns, settings, factor: 1.0 }.run(most)?;
+    let plan = |ends: usize, factor: f64, most: usize| Planner { columns, settings, factor, ends }.run(most);
+    let plans = ENDS.iter().filter_map(|&ends| Some((ends, plan(ends, 1.0, most)?)));
+    let (ends, best) = plans.min_by(|a, b| a.1.cost.total_cmp(&b.1.cost))?;
     if !settings.even || best.fronts.len() < 3 {
         return Some(best);
     }
@@ -65,8 +71,7 @@ pub(crate) fn plan_fronts(columns: &Columns, settings: &FrontSettings, most: usi
     // Six halvings leave the last step full to a hundredth.
     for _ in 0..6 {
         let factor = 0.5 * (low + high);
-        let plan = Planner { columns, settings, factor }.run(most);
-        match plan.filter(|p| p.cost <= 1.002 * best.cost) {
+        match plan(ends, factor, most).filter(|p| p.cost <= 1.002 * best.cost) {
             Some(plan) => (high, best) = (factor, plan),
             None => low = factor,
         }
@@ -84,6 +89,7 @@ struct Planner<'a> {
     columns: &'a Columns,
     settings: &'a FrontSettings,
     factor: f64,
+    ends: usize,
 }
 
 /// A front with what it brings.
@@ -172,9 +178,10 @@ impl Planner<'_> {
     /// `other` has some of them, too.
     fn after(&self, front: &Front, covered: &Covered, other: Option<&Covered>) -> Covered {
         let n = self.columns.row.n;
+        let [first, last] = front.whole_columns();
         let cut = |j: usize| {
             let (from, to) = (j.saturating_sub(2), j.min(n - 1));
-            front.span[0] <= from && to <= front.span[1]
+            first <= from && to <= last
         };
         let level = |(j, level): (usize, &f64)| if cut(j) { level.max(front.levels[j]) } else { *level };
         let levels = covered.levels.iter().enumerate().map(level).collect();
@@ -227,7 +234,8 @@ impl Planner<'_> {
         let holds = |i: &usize| self.columns.holds(*i, full.front.mean(*i));
         let (Some(from), Some(last)) = ((0..n).find(holds), (0..n).rfind(holds)) else { return Vec::new() };
         let beyond = if side == 0 { from } else { n - 1 - last };
-        let reaches = (1..ENDS).into_par_iter().with_min_len(FEW).map(|k| beyond + (last + 1 - from) * k / ENDS + 1);
+        let (n_columns, n_ends) = (last + 1 - from, self.ends.min(last + 1 - from));
+        let reaches = (1..n_ends).into_par_iter().with_min_len(FEW).map(|k| beyond + n_columns * k / n_ends + 1);
         reaches.filter_map(|reach| self.partial(covered, side, reach)).collect()
     }
 
@@ -250,9 +258,9 @@ impl Planner<'_> {
         let mut levels = self.smooth(targets);
         let mut ends = NO_ENDS;
         if let Some(side) = partial_from.map(|from| 1 - from)
-            && let Some(end) = self.run_out(covered, &mut levels, side)
+            && let Some((out, end)) = self.run_out(covered, &levels, side)
         {
-            ends[side] = end;
+            (levels, ends[side]) = (out, end);
         }
         let means = means(&levels);
         let gains = |i: usize| {
@@ -285,11 +293,11 @@ impl Planner<'_> {
         Some(Candidate { front, length, gain, is_partial: partial_from.is_some() })
     }
 
-    /// Lets the levels of a partial pass run out on a side: along an arc of the radius of bends that
-    /// ends tangent to the levels covered. Returns the coordinate where it is almost parallel to
-    /// them; `None`, and levels as they were, where an arc would be too steep or lead out of what
-    /// the widths allow.
-    fn run_out(&self, covered: &Covered, levels: &mut Vec<f64>, side: usize) -> Option<f64> {
+    /// Returns the levels of a partial pass that runs out on a side, along an arc of the radius of
+    /// bends that ends tangent to the levels covered, and the coordinate where it is almost parallel
+    /// to them; `None` where the arc would be too steep or too tight, lead out of what the widths
+    /// allow, or end beyond the region.
+    fn run_out(&self, covered: &Covered, levels: &[f64], side: usize) -> Option<(Vec<f64>, f64)> {
         let (n, width) = (levels.len(), self.columns.row.width);
         // Coefficients are counted toward the side.
         let at = |k: usize| if side == 0 { n - 1 - k } else { k };
@@ -301,20 +309,26 @@ impl Planner<'_> {
         // The first arc that is nowhere below the pass touches it here.
         let touch = risen.max_by(|a, b| end_by(*a).total_cmp(&end_by(*b)))?;
         let end = end_by(touch);
-        let mut out = levels.clone();
+        let mut out = levels.to_vec();
         let beyond = n.min(end.ceil() as usize + 3);
         for k in touch..beyond {
             out[at(k)] = covered.levels[at(k)] + curve * (end - k as f64).max(0.0).powi(2);
         }
         let steepest = STEEPEST * width * (1.0 + 1e-9);
         let is_gentle = |k: usize| (out[at(k)] - out[at(k - 1)]).abs() <= steepest;
+        // Bends of the pass before it add to the arc's own.
+        let is_wide = |k: usize| out[at(k - 1)] - 2.0 * out[at(k)] + out[at(k + 1)] <= TIGHTEST * 2.0 * curve;
         let is_within = |k: usize| out[at(k)] <= covered.targets[at(k)].max(levels[at(k)]);
-        if !((touch + 1..n.min(beyond + 1)).all(is_gentle) && (touch..beyond).all(is_within)) {
+        let is_smooth = (touch + 1..n.min(beyond + 1)).all(is_gentle) && (touch.max(1)..beyond.min(n - 1)).all(is_wide);
+        if !is_smooth || !(touch..beyond).all(is_within) {
             return None;
         }
-        *levels = out;
         let end = end - PARALLEL * BEND;
-        Some(self.columns.row.of_coefficient(if side == 0 { (n - 1) as f64 - end } else { end }))
+        let x = self.columns.row.of_coefficient(if side == 0 { (n - 1) as f64 - end } else { end });
+        let column = self.columns.row.interval(x).0;
+        let means = means(&out);
+        let mut beyond = if side == 0 { 0..column } else { column + 1..n - 2 };
+        beyond.any(|i| self.columns.holds(i, means[i])).then_some((out, x))
     }
 
     /// Length of a pass over some columns by its mean levels on all, mm.
