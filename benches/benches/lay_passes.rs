@@ -3,7 +3,7 @@
 //! Levels (planes, edge fill, a flow between two edges, a spiral around a tube) on 500,000 and
 //! 2,000,000 triangles, 1,000 passes with about 1,000,000 points on the larger one, of edge fill
 //! also half as many passes with fewer points; fronts of constant scallop, passes along a ridge and
-//! along a corner on 125,000 and 500,000; distances from one front on 200,000 and 800,000. Where
+//! along a corner on 125,000 and 2,000,000; distances from one front on 200,000 and 800,000. Where
 //! each bench runs once, as a test, there is the smaller size alone.
 
 use std::f64::consts::TAU;
@@ -183,7 +183,7 @@ fn line_cases<'a>(quads: usize, [sheet, roof, trough]: [&'a Surface; 3]) -> Vec<
 }
 
 fn lines(c: &mut Criterion) {
-    for quads in sizes([250, 500]) {
+    for quads in sizes([250, 1000]) {
         let surfaces = [sheet(quads), roof(quads as u32), trough(quads as u32)];
         run(c, "lay_along_lines", quads, &line_cases(quads, [&surfaces[0], &surfaces[1], &surfaces[2]]));
     }

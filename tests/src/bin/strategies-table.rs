@@ -1,12 +1,13 @@
 //! Prints a table of strategies × parts as Markdown: of all parts, or of those whose names
-//! contain one of the arguments.
+//! contain one of the arguments. With `--only TEXT` it has only strategies whose names contain it.
 
 use std::process::ExitCode;
 
 use facemill_tests::tables::strategy_table::{compare, heading, parts, rows};
 
 fn main() -> ExitCode {
-    let wanted: Vec<String> = std::env::args().skip(1).collect();
+    let mut wanted: Vec<String> = std::env::args().skip(1).collect();
+    let only = wanted.iter().position(|arg| arg == "--only").map(|at| wanted.drain(at..).nth(1).unwrap_or_default());
     print!("{}", heading());
     for (name, job) in parts() {
         if !wanted.is_empty() && wanted.iter().all(|w| !name.contains(w)) {
@@ -14,7 +15,7 @@ fn main() -> ExitCode {
         }
         eprintln!("{name}");
         let Some(job) = job() else { continue };
-        compare(&job, |compared| print!("{}", rows(&name, compared)));
+        compare(&job, only.as_deref(), |compared| print!("{}", rows(&name, compared)));
     }
     ExitCode::SUCCESS
 }

@@ -50,11 +50,12 @@ pub fn parts() -> Vec<PartOfTable> {
 /// Rounds of widths of each plan: passes go where the first text leaves more than the cusp.
 const ROUNDS: u32 = 2;
 
-/// A part with its strategies in one order, planned without a run; each row as it is there.
+/// A part with its strategies in one order, planned without a run; each row as it is there. `only`
+/// leaves out strategies whose names do not contain it.
 ///
 /// # Panics
 /// When its job cannot be read, or lays no passes.
-pub fn compare(job: &JobFolder, row: impl Fn(&ComparedStrategy)) {
+pub fn compare(job: &JobFolder, only: Option<&str>, row: impl Fn(&ComparedStrategy)) {
     for k in 0..job.file().operations.len() {
         job.set("job.json", &[(&format!("/operations/{k}/path/strategy/width_rounds"), json!(ROUNDS))]);
     }
@@ -62,7 +63,8 @@ pub fn compare(job: &JobFolder, row: impl Fn(&ComparedStrategy)) {
     let strategies = default_strategies(&job).expect("passes");
     // The order of levels and one-way or zigzag change times, and hardly passes.
     let is_other_order = |name: &str| name.ends_with("reversed") || name.contains("zigzag");
-    for strategy in strategies.into_iter().filter(|s| !is_other_order(&s.name)) {
+    let is_wanted = |name: &str| !is_other_order(name) && only.is_none_or(|only| name.contains(only));
+    for strategy in strategies.into_iter().filter(|s| is_wanted(&s.name)) {
         let request = CompareRequest {
             strategies: vec![strategy],
             mounting_angles_deg: vec![0.0],

@@ -22,8 +22,8 @@ impl Row {
         (i, (way - i as f64).clamp(0.0, 1.0))
     }
 
-    /// Coordinate of a coefficient, or of a place between two: that of the middle of the interval on
-    /// which it weighs most, mm.
+    /// Coordinate of a coefficient, or of a place between two: that of the middle of the interval
+    /// on which it weighs most, mm.
     pub(crate) fn of_coefficient(&self, k: f64) -> f64 {
         self.start + self.width * (k - 0.5)
     }

@@ -294,9 +294,9 @@ impl Planner<'_> {
     }
 
     /// Returns the levels of a partial pass that runs out on a side, along an arc of the radius of
-    /// bends that ends tangent to the levels covered, and the coordinate where it is almost parallel
-    /// to them; `None` where the arc would be too steep or too tight, lead out of what the widths
-    /// allow, or end beyond the region.
+    /// bends that ends tangent to the levels covered, and the coordinate where it is almost
+    /// parallel to them; `None` where the arc would be too steep or too tight, lead out of what the
+    /// widths allow, or end beyond the region.
     fn run_out(&self, covered: &Covered, levels: &[f64], side: usize) -> Option<(Vec<f64>, f64)> {
         let (n, width) = (levels.len(), self.columns.row.width);
         // Coefficients are counted toward the side.

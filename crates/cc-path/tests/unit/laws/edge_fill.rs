@@ -84,8 +84,8 @@ fn partial_passes_run_out_along_the_pass_before_them() {
                     let (_, beside) = others.min_by(|(_, a), (_, b)| apart(a).total_cmp(&apart(b))).unwrap();
                     let (apart, turn) = (apart(&beside), (beside[1].position - beside[0].position).angle(&end.feed));
                     let share = apart / width(&end.position);
-                    // Where the pass before falls as steeply, it ends within a tenth of the strip on
-                    // a column, and each of both passes slopes by up to 0.2.
+                    // Where the pass before falls as steeply, it ends within a tenth of the strip
+                    // on a column, and each of both passes slopes by up to 0.2.
                     assert!(share < 0.16 && turn <= 2.0 * 0.2f64.atan() + 0.01, "{share} {turn}");
                     leaning += usize::from(share > 0.02 || turn > 0.1);
                     n += 1;
