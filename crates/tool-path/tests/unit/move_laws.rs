@@ -7,7 +7,7 @@ use facemill_cutter_location::{
     Configuration, Hints, Obstacle, PoseTest, SearchCurve, SearchOrder, SearchSettings, Workcell,
 };
 use facemill_interference::MeshTree;
-use facemill_inverse_kinematics::{Branch, BranchPreference, Machine};
+use facemill_inverse_kinematics::{AxisKind, AxisValues, Branch, BranchPreference, Machine};
 use facemill_nc_program::dialect::RoundingBound;
 use facemill_sample_parts::{AnalyticPart, AnalyticShape, MaterialSide};
 use facemill_surface_model::TriMesh;
@@ -15,7 +15,7 @@ use facemill_tool_model::{FormatTag, Section, SpindleRotation, Stack, ToolAssemb
 use nalgebra::{Isometry3, Point3, Vector3};
 
 use crate::linearity::Linearity;
-use crate::moves::{Move, MoveKind, MoveSettings, operation_moves};
+use crate::moves::{Move, MoveContext, MoveKind, MoveSettings, operation_moves, region_moves};
 use crate::segments::pole::Tests;
 use crate::segments::{Cut, Filler, LaidTask, PassSegment, PosePair, filled, split};
 
@@ -362,4 +362,48 @@ fn passes_begin_and_end_where_a_way_leads_out() {
             assert!(test.gouge(&m.cl, &mut Hints::default()).is_none());
         }
     }
+}
+
+#[test]
+fn links_count_the_shorter_turn_of_an_endless_table() {
+    let (machine, tool) = (Machine::head_b_table_c().unwrap(), tool());
+    let tree = MeshTree::new(&plane_with_bump(Point3::new(400.0, 400.0, 0.0), 0.0));
+    // Half a turn about the table, so that small turns of the lean cross C 180.
+    let about = Vector3::z() * std::f64::consts::PI;
+    let table_from_work = Isometry3::new(Vector3::new(900.0, 0.0, 900.0), about);
+    let cell = Workcell { table_from_work, ..cell(&machine, &tool, &tree) };
+    let test = PoseTest::new(&cell);
+    let settings = MoveSettings { shortest_order: true, ..move_settings() };
+    let pieces: Vec<PassSegment> = [(-150.0, 5.0), (0.0, -5.0), (150.0, 5.0)]
+        .into_iter()
+        .enumerate()
+        .map(|(pass, (from, rotate))| {
+            let at = |k: i32| cut(&test, from + 2.0 * f64::from(k), rotate, Branch::Positive);
+            PassSegment { copy: 0, pass, cuts: (0..4).map(at).collect(), uncut_left: true, curve: curve(), part: None }
+        })
+        .collect();
+    let largest_turn = |a: &AxisValues, b: &AxisValues| {
+        let rotary = (0..a.len()).filter(|&k| machine.axes()[k].kind == AxisKind::Rotary);
+        rotary.map(|k| (a[k] - b[k]).abs()).fold(0.0, f64::max)
+    };
+    // As tested, the table is nearly a turn away from one pass to the next.
+    let as_tested = |k: usize| pieces[k].cuts[0].pose.configuration.axes;
+    assert!(largest_turn(&as_tested(0), &as_tested(1)) > 5.5);
+    let turns = std::sync::Mutex::new(Vec::new());
+    let link_time = |from: &AxisValues, through: &[AxisValues]| {
+        let mut at = *from;
+        for to in through {
+            turns.lock().unwrap().push(largest_turn(&at, to));
+            at = *to;
+        }
+        1.0
+    };
+    let context = MoveContext { region: None, link_time: Some(&link_time) };
+    let mut left_out = Vec::new();
+    let done = region_moves(&test, &settings, &context, pieces, None, &mut left_out, &Silent).unwrap();
+    assert!(left_out.is_empty(), "{left_out:?}");
+    let order = done.order.unwrap();
+    assert!(order.timed_links >= 2 && order.is_exact, "{order:?}");
+    let turns = turns.into_inner().unwrap();
+    assert!(!turns.is_empty() && turns.iter().all(|turn| *turn < 1.0), "{turns:?}");
 }
