@@ -69,7 +69,7 @@ fn rounds_of_widths_lower_what_a_pair_leaves() {
     let lowered = |cusp: &facemill::report::CuspsKeptReport| {
         let rounds = &cusp.width_rounds;
         let cut = rounds.iter().find(|round| round.is_cut);
-        cut.is_some_and(|cut| cut.above_fraction < rounds[0].above_fraction && cut.passes > rounds[0].passes)
+        cut.is_some_and(|cut| cut.above_fraction < rounds[0].above_fraction && cut.length_mm > rounds[0].length_mm)
     };
     assert!(planned.report.cusps.iter().any(lowered), "{:?}", planned.report.cusps);
 }
