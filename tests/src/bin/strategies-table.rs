@@ -7,7 +7,14 @@ use facemill_tests::tables::strategy_table::{compare, heading, parts, rows};
 
 fn main() -> ExitCode {
     let mut wanted: Vec<String> = std::env::args().skip(1).collect();
-    let only = wanted.iter().position(|arg| arg == "--only").map(|at| wanted.drain(at..).nth(1).unwrap_or_default());
+    let only = match wanted.iter().position(|arg| arg == "--only") {
+        Some(at) if at + 1 < wanted.len() => wanted.drain(at..at + 2).nth(1),
+        Some(_) => {
+            eprintln!("--only needs the text that names of strategies are to contain");
+            return ExitCode::from(2);
+        }
+        None => None,
+    };
     print!("{}", heading());
     for (name, job) in parts() {
         if !wanted.is_empty() && wanted.iter().all(|w| !name.contains(w)) {

@@ -14,18 +14,18 @@ pub const KEPT_OFF_FIRST_STOCK: f64 = 0.9;
 
 /// Runs `of` with the times of links as a plan makes them in a setup of one head: of the fastest
 /// path that is proven free off the initial stock, or, if links stay as they are, of the way given.
-/// There are none where links may go through stock that has been
-/// cut, and on machines with two heads.
+/// There are none where links may go through stock that has been cut, and on machines with two
+/// heads.
 ///
 /// # Errors
 /// When the setup makes no sense to the virtual machine.
 pub fn with_link_times<T>(scene: &Scene<'_>, of: impl FnOnce(Option<&LinkTime<'_>>) -> T) -> Result<T, VerifyError> {
     let (job, file) = (scene.job, scene.setup.file);
-    let views = [(&job.machine, scene.tool_length())];
-    let (clock, law) = (LinkClock::new(&views), job.rapid_law());
     if job.machine.head_count() > 1 {
         return Ok(of(None));
     }
+    let views = [(&job.machine, scene.tool_length())];
+    let (clock, law) = (LinkClock::new(&views), job.rapid_law());
     if !file.links.shorten {
         let as_given =
             |start: &AxisValues, through: &[AxisValues]| clock.time(law, start, through).unwrap_or(f64::INFINITY);

@@ -1,3 +1,5 @@
+use std::ops::Range;
+
 use nalgebra::{Point3, Vector3};
 
 use crate::layout::edge_fill::along::Along;
@@ -66,10 +68,10 @@ impl Front {
         ((c[1] - c[0]) * (1.0 - t) + (c[2] - c[1]) * t) / row.width
     }
 
-    /// First and last interval that the pass runs over as a whole.
-    pub(crate) fn whole_columns(&self) -> [usize; 2] {
+    /// Intervals that the pass runs over as a whole.
+    pub(crate) fn whole_columns(&self) -> Range<usize> {
         let [from, to] = self.ends.map(|end| usize::from(end.is_finite()));
-        [self.span[0] + from, self.span[1].saturating_sub(to)]
+        self.span[0] + from..self.span[1] + 1 - to
     }
 
     /// Mean level on an interval.

@@ -70,7 +70,7 @@ impl FrontLayout {
         let mut wide = vec![false; self.fronts.len()];
         let mut widest: f64 = 0.0;
         for i in 0..self.columns.row.n {
-            let over = |f: &Front| f.whole_columns()[0] <= i && i <= f.whole_columns()[1];
+            let over = |f: &Front| f.whole_columns().contains(&i);
             let mut before: Option<&Front> = None;
             for (k, front) in self.fronts.iter().enumerate().filter(|(_, f)| over(f)) {
                 if let Some(before) = before {

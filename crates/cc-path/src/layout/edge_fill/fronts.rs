@@ -178,11 +178,8 @@ impl Planner<'_> {
     /// `other` has some of them, too.
     fn after(&self, front: &Front, covered: &Covered, other: Option<&Covered>) -> Covered {
         let n = self.columns.row.n;
-        let [first, last] = front.whole_columns();
-        let cut = |j: usize| {
-            let (from, to) = (j.saturating_sub(2), j.min(n - 1));
-            first <= from && to <= last
-        };
+        let whole = front.whole_columns();
+        let cut = |j: usize| whole.contains(&j.saturating_sub(2)) && whole.contains(&j.min(n - 1));
         let level = |(j, level): (usize, &f64)| if cut(j) { level.max(front.levels[j]) } else { *level };
         let levels = covered.levels.iter().enumerate().map(level).collect();
         self.covered(levels, &[covered, other.unwrap_or(covered)])
