@@ -24,6 +24,20 @@ fn few_passes(values: &[(&str, Value)]) -> JobFolder {
     variant(&[&few[..], values].concat())
 }
 
+/// Plans passes of seven points along x from these x and y, with this step, in either direction.
+fn planned_islands(job: &JobFolder, starts: &[[f64; 3]]) -> Planned {
+    let pass = |[x, y, step]: &[f64; 3]| {
+        let points: Vec<[f64; 3]> = (0..7).map(|k| [x + step * f64::from(k), *y, 0.0]).collect();
+        json!({ "points_mm": points })
+    };
+    let passes: Vec<Value> = starts.iter().map(pass).collect();
+    let path = json!({ "format": "facemill-path/1", "frame": "work", "passes": passes });
+    job.write("islands.json", path.to_string().as_bytes());
+    let file = json!({ "file": { "file": "islands.json", "max_distance_mm": 5.0 } });
+    job.set("job.json", &[("/operations/0/path", file), ("/operations/0/direction", json!("either"))]);
+    planned(job)
+}
+
 fn shortened(planned: &Planned) -> &ShortenedLinks {
     planned.report.links.shortened.as_ref().expect("links that were looked at")
 }
@@ -139,16 +153,8 @@ fn islands_are_cut_one_after_the_other_where_the_job_allows_it() {
     // Two islands at both ends of the patch, laid by turns.
     let islands = |order: &str| {
         let job = few_passes(&[("/setups/0/links", json!({ "shorten": false, "order": order }))]);
-        let pass = |side: f64, y: f64| {
-            let points: Vec<[f64; 3]> = (0..7).map(|k| [side * (25.0 + 2.0 * f64::from(k)), y, 0.0]).collect();
-            json!({ "points_mm": points })
-        };
-        let passes: Vec<Value> = (0..3).flat_map(|k| [1.0, -1.0].map(|side| pass(side, 2.0 * f64::from(k)))).collect();
-        let path = json!({ "format": "facemill-path/1", "frame": "work", "passes": passes });
-        job.write("islands.json", path.to_string().as_bytes());
-        let file = json!({ "file": { "file": "islands.json", "max_distance_mm": 5.0 } });
-        job.set("job.json", &[("/operations/0/path", file), ("/operations/0/direction", json!("either"))]);
-        planned(&job)
+        let starts = [0.0, 2.0, 4.0].map(|y| [[25.0, y, 2.0], [-25.0, y, -2.0]]).concat();
+        planned_islands(&job, &starts)
     };
     let [laid, short] = ["as_laid", "shortest"].map(islands);
     let changes = |planned: &Planned| {
@@ -185,16 +191,8 @@ fn the_order_of_passes_counts_links_as_the_program_makes_them() {
             meshes.as_array_mut().unwrap().push(file);
             job.set("job.json", &[("/setups/0/meshes", meshes)]);
         }
-        let pass = |x: f64, y: f64| {
-            let points: Vec<[f64; 3]> = (0..7).map(|k| [x + 2.0 * f64::from(k), y, 0.0]).collect();
-            json!({ "points_mm": points })
-        };
-        let passes: Vec<Value> = (0..2).flat_map(|k| [25.0, -37.0].map(|x| pass(x, 2.0 * f64::from(k)))).collect();
-        let path = json!({ "format": "facemill-path/1", "frame": "work", "passes": passes });
-        job.write("islands.json", path.to_string().as_bytes());
-        let file = json!({ "file": { "file": "islands.json", "max_distance_mm": 5.0 } });
-        job.set("job.json", &[("/operations/0/path", file), ("/operations/0/direction", json!("either"))]);
-        planned(&job)
+        let starts = [0.0, 2.0].map(|y| [[25.0, y, 2.0], [-37.0, y, 2.0]]).concat();
+        planned_islands(&job, &starts)
     };
     let as_laid = [false, true].map(|clamp| {
         let [laid, short] = ["as_laid", "shortest"].map(|order| plan(order, clamp));
